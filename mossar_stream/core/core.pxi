@@ -1,0 +1,70 @@
+"""The compiled core: frames in, records of events out. The files follow each other in the order of the data."""
+
+from libc.math cimport (
+    INFINITY, NAN, M_PI, acos, asin, atan2, ceil, cos, exp, expf, floor, hypot, isfinite, isnan, log, log1p, logf, nextafter, pow, rint, rintf,
+    sin, sqrt, sqrtf,
+)
+from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint8_t, uint64_t
+from libc.string cimport memcpy, memset
+
+# What everything stands on.
+include "spans.pxi"
+include "simd.pxi"
+include "plan.pxi"
+include "clock.pxi"
+include "event_buffer.pxi"
+include "joint_pages.pxi"
+include "slots.pxi"
+# Each frame, from its time to its velocity and what the splitter finds.
+include "joints.pxi"
+include "velocity.pxi"
+include "normalisation.pxi"
+include "noise.pxi"
+include "one_euro.pxi"
+include "mean_pose.pxi"
+include "tempo.pxi"
+include "scales.pxi"
+include "splitter.pxi"
+include "pose_history.pxi"
+include "localising.pxi"
+include "candidate_features.pxi"
+include "activity.pxi"
+# What is kept of a segment, and how alike two are.
+include "../similarity/summary.pxi"
+include "../similarity/sums.pxi"
+include "../similarity/evidence.pxi"
+include "../similarity/likelihood.pxi"
+include "../similarity/path_kernel/pyramid.pxi"
+include "../similarity/path_kernel/graph.pxi"
+include "../similarity/path_kernel/blocks.pxi"
+include "../similarity/path_kernel/frontier.pxi"
+include "../similarity/path_kernel/path_sum.pxi"
+include "../similarity/path_kernel/kernel.pxi"
+include "../similarity/protocol.pxi"
+# What is repeated.
+include "../repetitions/state.pxi"
+include "../repetitions/sampling.pxi"
+include "../repetitions/components.pxi"
+include "../repetitions/turning.pxi"
+include "../repetitions/alike.pxi"
+include "../repetitions/anchoring.pxi"
+include "../repetitions/timing.pxi"
+include "../repetitions/counting.pxi"
+include "repetition_labels.pxi"
+# Segments and key frames: Algorithm 3 over a window.
+include "open_segment.pxi"
+include "arrival.pxi"
+include "remerging.pxi"
+include "window.pxi"
+include "rests.pxi"
+include "location.pxi"
+include "decision.pxi"
+include "row.pxi"
+include "window_step.pxi"
+include "frame_step.pxi"
+# What reads the frames besides.
+include "../moves/joints.pxi"
+# The one loop, and what Python calls.
+include "middle.pxi"
+include "station.pxi"
+include "run.pxi"

@@ -1,0 +1,167 @@
+"""Decision: when the oldest undecided key frame is due, and how it leaves the window for good."""
+
+cdef enum:
+    OLDEST_KEY = 0
+    ONE = 1
+
+
+cdef inline void set_due_time(Window* w) noexcept nogil:
+    """Set when the oldest undecided key frame must be decided, or a label of a candidate is due."""
+    cdef double due
+    due = INFINITY
+    if w.state.undecided > 0 and w.plan.offline == 0:
+        due = w.keys.at[0].time + w.plan.hold
+    w.state.due_time = min(due, due_label(&w.labels, label_delay(w.plan)))
+
+
+cdef inline double label_delay(Plan* plan) noexcept nogil:
+    """Return how old a candidate is when it is judged, s: decided it is not earlier; see repetition_labels.py."""
+    return LABELLED_LATE if plan.labels_late == 1 else min(plan.hold, LABELLED_AFTER)
+
+
+cdef void judge_candidates(Window* w, double until) noexcept nogil:
+    """Judge the candidates that are due until some time, s, and let their key frames know."""
+    cdef int64_t first, ordinal, label
+    first = w.state.ordinal - w.state.undecided
+    while due_label(&w.labels, label_delay(w.plan)) <= until:
+        ordinal = w.labels.state.labelled
+        label = label_candidate(&w.labels)
+        if ordinal >= first and label != UNLABELLED:
+            w.keys.at[ordinal - first].label = label
+            w.state.ranked = 0
+
+
+cdef inline bint is_due(Window* w) noexcept nogil:
+    """Tell whether the oldest key frame must be decided now."""
+    cdef WindowState* state
+    state = w.state
+    if state.undecided == 0:
+        return False
+    return state.undecided > w.plan.capacity or w.clock.time >= w.keys.at[0].time + w.plan.hold
+
+
+cdef int64_t decide_oldest(Window* w, int64_t settled, int64_t open_slot, int64_t end_frame) noexcept nogil:
+    """Decide the oldest key frame: final where it is kept at the level, merged if not.
+
+    Args:
+        w: Window.
+        settled: Slot of the open segment that follows the newest key frame.
+        open_slot: Slot with the summary of everything since the newest key frame.
+        end_frame: A final key frame moves to a frame before this one, up to which the settled slot is complete.
+
+    Returns:
+        The slot of the open segment that follows the newest key frame from now on.
+    """
+    cdef int64_t i, frame, following, passed
+    cdef Event* segment
+    cdef double time
+    cdef Key* key
+    cdef WindowState* state
+    key = &w.keys.at[0]
+    state = w.state
+    if key.kept == 0:
+        if key.reported == 1:
+            _put_decided(w, OLDEST_KEY, KEY_MERGED, key.at_frame, key.at_time)
+        elif key.rev > 0:
+            _put_decided(w, OLDEST_KEY, KEY_WITHDRAWN, key.frame, key.time)
+        following = w.order.at[1] if state.undecided > 1 else settled
+        # The earlier segment takes the later one in, and then its place.
+        merge_into(w.params, row_of_doubles(w.summaries, w.order.at[0]), row_of_doubles(w.summaries, following))
+        close(w.params, row_of_doubles(w.summaries, w.order.at[0]))
+        free(w.slots, w.unused, following)
+        if state.undecided > 1:
+            w.order.at[1] = w.order.at[0]
+        else:
+            settled = w.order.at[0]
+        _shift(w, ONE)
+        return settled
+    frame, time, passed = _locate(w, open_slot, end_frame)
+    _put_decided(w, OLDEST_KEY, KEY_FINAL, frame, time)
+    for i in range(1, passed + 1):
+        _put_decided(w, i, KEY_MERGED, w.keys.at[i].at_frame, w.keys.at[i].at_time)
+    put_segment(w, state.left_ordinal, OLDEST_KEY, SEGMENT_FINAL)
+    segment = &w.events.at[w.events.at[0].row]
+    segment.until_frame = frame
+    segment.until_time = time
+    note_span(w, segment)
+    _decision_leave(w, settled, passed, frame, time)
+    return settled
+
+
+cdef inline (int64_t, double, int64_t) _locate(Window* w, int64_t open_slot, int64_t end_frame) noexcept nogil:
+    """Return frame and time where the oldest key frame had better be, and how many others it passes."""
+    cdef Key* key
+    cdef int64_t location, passed, back
+    cdef Mark* mark
+    key = &w.keys.at[0]
+    location = w.plan.location
+    if location == LOCATION_CANDIDATES:
+        passed = best_candidate(w, open_slot)
+        return (w.keys.at[passed].frame, w.keys.at[passed].time, passed)
+    if location == LOCATION_FREE:
+        back = best_pose(w, open_slot, end_frame)
+        if back >= 0:
+            mark = &w.history.marks.at[place_back(&w.history, back)]
+            passed = 0
+            while passed + 1 < w.state.undecided and w.keys.at[passed + 1].frame <= mark.frame:
+                passed += 1
+            return mark.frame, mark.time, passed
+    return key.at_frame, key.at_time, 0
+
+
+cdef void _put_decided(Window* w, int64_t place, int64_t status, int64_t frame, double time) noexcept nogil:
+    """Put the last message about a key frame into the event buffer."""
+    cdef Key* key
+    key = &w.keys.at[place]
+    key.rev += 1
+    put_key_frame(w.clock, w.events, point_of(key, frame, time, key.strength), status, key.rev, DECIDED)
+
+
+cdef inline void _decision_leave(Window* w, int64_t settled, int64_t passed, int64_t frame, double time) noexcept nogil:
+    """Let the oldest key frame be the window's left end, at its new place, with `passed` others merged."""
+    cdef bint moves
+    cdef int64_t ended, i, following, oldest, ordinal, places, origin
+    cdef WindowState* state
+    cdef DoubleRows summaries
+    # CHECK sign (C truncates): ordinal % places
+    state = w.state
+    summaries = w.summaries
+    oldest, ordinal, origin = w.keys.at[0].frame, w.keys.at[0].ordinal, w.keys.at[passed].frame
+    moves = w.plan.location != LOCATION_NONE
+    ended = w.order.at[0]
+    for i in range(1, passed + 1):
+        merge_into(w.params, row_of_doubles(summaries, ended), row_of_doubles(summaries, w.order.at[i]))
+        free(w.slots, w.unused, w.order.at[i])
+    close(w.params, row_of_doubles(summaries, ended))
+    _shift(w, passed + 1)
+    following = w.order.at[0] if state.undecided > 0 else settled
+    if moves and frame < oldest:
+        move_poses(w, ended, following, frame, oldest)
+    elif moves and frame > origin:
+        move_poses(w, following, ended, origin, frame)
+    if state.has_before == 1:
+        free(w.slots, w.unused, state.before)
+    state.before = ended
+    state.has_before = 1
+    state.left_frame = frame
+    state.left_id = oldest
+    state.left_time = time
+    state.left_ordinal = ordinal
+    places = w.plan.capacity + 2
+    for i in range(w.counts.columns):
+        w.counts.at[places * w.counts.columns + i] = w.counts.at[ordinal % places * w.counts.columns + i]
+    if moves and frame != oldest:
+        # The first segment is no longer what it was; what was remembered of it is void.
+        remerging_forget(w.memo, ordinal)
+
+
+cdef void _shift(Window* w, int64_t count) noexcept nogil:
+    """Drop the leftmost key frames and segments; if none is left, the newest key frame stays in place 0."""
+    cdef int64_t undecided, i
+    undecided = w.state.undecided
+    if count == undecided:
+        w.keys.at[0] = w.keys.at[count - 1]
+    for i in range(undecided - count):
+        w.keys.at[i] = w.keys.at[i + count]
+        w.order.at[i] = w.order.at[i + count]
+    w.state.undecided -= count

@@ -1,0 +1,52 @@
+"""Mean pose: leaky means of the pose, which the size of the movements is measured from (tempo, scales)."""
+
+cdef double MEAN_TIME = 5.0  # s, of slow means
+
+
+cdef void start_mean(Floats body, int64_t joints, int64_t line) noexcept nogil:
+    """Begin a mean with the pose of the last frame.
+
+    Args:
+        body: See joint_pages.py.
+        joints: J.
+        line: Where x of the mean stands in a page; y and z follow.
+    """
+    cdef int64_t j, k, axis
+    for j in range(joints):
+        k = place(j)
+        for axis in range(3):
+            body.at[k + line + axis * PAGE] = body.at[k + POSE_X + axis * PAGE]
+
+
+cdef inline void follow_mean(Floats body, int64_t line, float share) noexcept nogil:
+    """Let a mean follow the pose of the last frame, whose weight is `share`, float32."""
+    cdef int64_t first, j
+    cdef Floats page
+    # CHECK sign (C truncates): len(body) // LINES
+    # CHECK call of page_of: page_of(body, first)
+    for first in range(0, body.count // LINES, PAGE):
+        page = page_of(body, first)
+        for j in range(PAGE):
+            page.at[j + line + X] += share * (page.at[j + POSE_X] - page.at[j + line + X])
+            page.at[j + line + Y] += share * (page.at[j + POSE_Y] - page.at[j + line + Y])
+            page.at[j + line + Z] += share * (page.at[j + POSE_Z] - page.at[j + line + Z])
+
+
+cdef inline double squared_distance(Floats body, int64_t line) noexcept nogil:
+    """Return the sum over the joints of their squared distances from a mean, m²; uses WORK."""
+    cdef double squares
+    cdef int64_t first, j
+    cdef Floats page
+    cdef float u, v, w
+    # CHECK sign (C truncates): len(body) // LINES
+    # CHECK call of page_of: page_of(body, first)
+    squares = 0.0
+    for first in range(0, body.count // LINES, PAGE):
+        page = page_of(body, first)
+        for j in range(PAGE):
+            u = page.at[j + POSE_X] - page.at[j + line + X]
+            v = page.at[j + POSE_Y] - page.at[j + line + Y]
+            w = page.at[j + POSE_Z] - page.at[j + line + Z]
+            page.at[j + WORK] = u * u + v * v + w * w
+        squares += page_sum(page.at, WORK)
+    return squares

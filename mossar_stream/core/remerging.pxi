@@ -1,0 +1,278 @@
+"""Remerging: Algorithm 3 of the paper, the order in which key frames are removed.
+
+    Algorithm 3   Remerging process
+
+     1  procedure remergingLoop()
+     2    List ← an initial list of key frames
+     3    while List.Count() > 2 do
+     4      if List.Count() <= α then TERMINATE
+     6      σmax = -1
+     7      x = 0
+     8      for i = 2; i < List.Count() + 1; i++ do
+     9        σ = Similarity(S[i-2, i-1], S[i-1, i])
+    10        if σ > σmax then
+    11          σmax = σ
+    12          x = i - 1
+    15      if σmax < β then TERMINATE
+    17      List.Remove(x)
+
+The list is taken as k1 … kK without f and l (the printed bounds are off by one), and α counts these. Where the paper
+compares similarities σ, merge costs are compared here, the cheapest merge being that of the most similar segments; on
+ties the earliest key frame goes.
+
+The loop runs until the list is empty, and α and β choose from what it found, so that both can be moved with nothing
+computed again: the strength of a key frame is the cost of the merge that removes it, made monotone along the run. The
+paper's K + 1 nested sets are `strength >= β`, or the last α key frames removed: see `is_kept`. The paper's form
+is in `tools/checks/reference/algorithms.py`.
+"""
+
+cdef enum:
+    NO_NODE = -1
+    BEFORE = 0  # rows of the links
+    AFTER = 1
+    NODE = 2
+    WAITING = 3
+    LAST_WAITING = 4
+    UNKNOWN_BOUNDARY = -9  # identity of a boundary whose cost must not be remembered
+    BOUNDARY_BITS = 21  # of each: so many key frames later their numbers come again, and nothing is remembered so long
+    BOUNDARY = (1 << BOUNDARY_BITS) - 1
+    EMPTY = -1  # no key is negative
+cdef double DEAREST_MERGE = 1e+300  # no cost is above it, and none is NaN: those of key frames that are gone are inf
+
+cdef struct Memo:
+    int64_t key  # key: the three boundaries of two segments
+    double cost  # key: the three boundaries of two segments
+
+
+cdef struct Remerging:  # What one run of Algorithm 3 works on, for K key frames.
+    Measure* params  # of the similarity measure
+    DoubleRows segments  # (any, slot) summaries, closed; left alone
+    MemoSpan memo  # MEMO, costs remembered from earlier runs; may be empty
+    Ints places  # (K + 1,) which segments lie between the key frames; used up
+    Ints bounds  # (K + 2,) identities of the boundaries: left end, key frames, right end
+    DoubleRows nodes  # (K + 1, slot) scratch for merged segments
+    Doubles both  # (slot,) scratch for a summary
+    IntRows links  # (5, K + 1) scratch for links between neighbours
+    Doubles costs  # (K,) scratch for the costs of the merges
+    Doubles strengths  # (K,) set to the strength of each key frame
+    Ints removed  # (K,) set to the key frames in the order in which they are removed
+    Ints labels  # (K,) on whether each ends a repetition, see repetition_labels.py
+
+
+# NOT COMPILED IN ANY RUN: prepared
+# def prepared(params, summaries, memo, scratch, nodes, both):
+#     """Return what a run needs; `places`, `bounds` and `labels` of the scratch say between which segments."""
+#     return Remerging(
+#         params,
+#         summaries,
+#         memo,
+#         scratch.places,
+#         scratch.bounds,
+#         nodes,
+#         both,
+#         scratch.links,
+#         scratch.costs,
+#         scratch.strengths,
+#         scratch.removed,
+#         scratch.labels,
+#     )
+
+
+cdef void remerge(Remerging* run, int64_t count, double tempo) noexcept nogil:
+    """Run Algorithm 3 until no key frame is left.
+
+    Similarities that an earlier iteration, or an earlier run, has computed are reused.
+
+    Args:
+        run: Remerging.
+        count: Number of key frames, K.
+        tempo: Costs are divided by this.
+    """
+    cdef double highest
+    cdef int64_t step, x
+    _list_key_frames(run, count)  # line 2
+    highest = 0.0
+    for step in range(count):  # line 3
+        x = _cheapest(run.costs, count)  # lines 6 to 12
+        highest = max(highest, run.costs.at[x] / tempo)
+        run.strengths.at[x] = highest
+        run.removed.at[step] = x
+        _remove(run, count, x)  # line 17
+
+
+cdef inline bint is_kept(Key* key, int64_t count, int64_t alpha, double beta) noexcept nogil:
+    """Tell whether the loop would have ended before a key frame is removed (Algorithm 3, lines 4 and 15).
+
+    Args:
+        key: With `place`, how many are removed before it, and `strength`.
+        count: Number of key frames, K.
+        alpha: α, at which the loop ends; 0 for none.
+        beta: β, as a strength.
+    """
+    return alpha > 0 and count - key.place <= alpha or not key.strength < beta
+
+
+cdef inline void _list_key_frames(Remerging* run, int64_t count) noexcept nogil:
+    """Link the key frames with their neighbours and compute the costs of all merges (lines 2 and 9)."""
+    cdef IntRows links
+    cdef int64_t i
+    cdef (int64_t, int64_t, int64_t) bounds
+    links = run.links
+    for i in range(count + 1):
+        links.at[BEFORE * links.columns + i] = i - 1  # the key frames beside each one; -1 and count for none
+        links.at[AFTER * links.columns + i] = i + 1
+        links.at[NODE * links.columns + i] = i  # the segment that ends at each key frame, and at the right end
+        # Chains of nodes that belong to another one and are not merged into it yet: the next, and the last, of each.
+        links.at[WAITING * links.columns + i] = NO_NODE
+        links.at[LAST_WAITING * links.columns + i] = i
+    for i in range(count):
+        bounds = (run.bounds.at[i], run.bounds.at[i + 1], run.bounds.at[i + 2])
+        run.costs.at[i] = _judged(run, i, _cost(run, i, i + 1, bounds))
+
+
+cdef int64_t _cheapest(Doubles costs, int64_t count) noexcept nogil:
+    cdef int64_t x, i
+    x = 0
+    for i in range(1, count):
+        if costs.at[i] < costs.at[x]:
+            x = i
+    return x
+
+
+cdef inline void _remove(Remerging* run, int64_t count, int64_t x) noexcept nogil:
+    """Remove a key frame, let the segments beside it be one, and compute what merges with that cost."""
+    cdef int64_t merged, left, right, a, b, later, earlier
+    cdef IntRows links
+    cdef Doubles costs
+    cdef Ints bounds
+    cdef double cost
+    links = run.links
+    costs = run.costs
+    bounds = run.bounds
+    costs.at[x] = INFINITY
+    left, right = links.at[BEFORE * links.columns + x], links.at[AFTER * links.columns + x]
+    merged = links.at[NODE * links.columns + x]
+    links.at[WAITING * links.columns + links.at[LAST_WAITING * links.columns + merged]] = links.at[NODE * links.columns + right]
+    links.at[LAST_WAITING * links.columns + merged] = links.at[LAST_WAITING * links.columns + links.at[NODE * links.columns + right]]
+    links.at[NODE * links.columns + right] = merged
+    links.at[BEFORE * links.columns + right] = left
+    a, b = bounds.at[left + 1], bounds.at[right + 1]
+    if right < count:
+        later = links.at[AFTER * links.columns + right]
+        cost = _cost(run, merged, links.at[NODE * links.columns + later], (a, b, bounds.at[later + 1]))
+        costs.at[right] = _judged(run, right, cost)
+    if left >= 0:
+        links.at[AFTER * links.columns + left] = right
+        earlier = bounds.at[links.at[BEFORE * links.columns + left] + 1]
+        costs.at[left] = _judged(run, left, _cost(run, links.at[NODE * links.columns + left], merged, (earlier, a, b)))
+
+
+cdef inline double _judged(Remerging* run, int64_t x, double cost) noexcept nogil:
+    """Return the cost of a merge as the label of its key frame leaves it; one that cannot be computed is `DEAREST_MERGE`."""
+    if not cost < DEAREST_MERGE:
+        cost = DEAREST_MERGE
+    if run.labels.at[x] == WITHIN:
+        return 0.0
+    if run.labels.at[x] == ENDS:
+        return max(cost, CERTAIN)
+    return cost
+
+
+cdef inline double _cost(Remerging* run, int64_t left, int64_t right, (int64_t, int64_t, int64_t) bounds) noexcept nogil:
+    """Return the cost of a merge, from memory if the same three boundaries were compared before."""
+    cdef int64_t a, b, c
+    a, b, c = bounds
+    if is_known(run.memo, a, b, c):
+        return recall(run.memo, a, b, c)
+    return _new_cost(run, left, right, bounds)
+
+
+cdef double _new_cost(Remerging* run, int64_t left, int64_t right, (int64_t, int64_t, int64_t) bounds) noexcept nogil:
+    """Compute the cost of a merge, and remember it if its boundaries are to stay."""
+    cdef Doubles one, other
+    cdef double cost
+    cdef int64_t a, b, c
+    _complete(run, left)
+    _complete(run, right)
+    one = row_of_doubles(run.nodes, left) if run.places.at[left] == NO_NODE else row_of_doubles(run.segments, run.places.at[left])
+    other = row_of_doubles(run.nodes, right) if run.places.at[right] == NO_NODE else row_of_doubles(run.segments, run.places.at[right])
+    cost = strength(run.params, one, other, run.both)
+    a, b, c = bounds
+    if UNKNOWN_BOUNDARY not in (a, c):
+        remember(run.memo, a, b, c, cost)
+    return cost
+
+
+cdef void _complete(Remerging* run, int64_t own) noexcept nogil:
+    """Merge what belongs to a node into it: not before it is needed, for most costs are remembered.
+
+    Many performers' segments together are more than any cache holds; those that are not looked at cost nothing.
+    """
+    cdef int64_t following, first, d, place
+    cdef DoubleRows segments, nodes
+    cdef Ints places, waiting
+    cdef Doubles merged
+    segments = run.segments
+    places = run.places
+    nodes = run.nodes
+    waiting = row_of_ints(run.links, WAITING)
+    following = waiting.at[own]
+    if following == NO_NODE:
+        return
+    merged = row_of_doubles(nodes, own)
+    first = places.at[own]
+    if first != NO_NODE:
+        for d in range(merged.count):
+            merged.at[d] = segments.at[first * segments.columns + d]
+        places.at[own] = NO_NODE
+    while following != NO_NODE:
+        place = places.at[following]
+        merge_into(run.params, merged, row_of_doubles(nodes, following) if place == NO_NODE else row_of_doubles(segments, place))
+        following = waiting.at[following]
+    close(run.params, merged)
+    waiting.at[own] = NO_NODE
+    run.links.at[LAST_WAITING * run.links.columns + own] = own
+
+
+cdef void start_memo(MemoSpan memo) noexcept nogil:
+    """Begin with no cost remembered."""
+    cdef int64_t i
+    for i in range(memo.count):
+        memo.at[i].key = EMPTY
+
+
+cdef inline int64_t _memo_place(MemoSpan memo, int64_t a, int64_t b, int64_t c) noexcept nogil:
+    return ((a + 1) * 73856093 ^ (b + 1) * 19349663 ^ (c + 1) * 83492791) & memo.count - 1
+
+
+cdef inline int64_t _memo_key(int64_t a, int64_t b, int64_t c) noexcept nogil:
+    return (a & BOUNDARY) << 2 * BOUNDARY_BITS | (b & BOUNDARY) << BOUNDARY_BITS | c & BOUNDARY
+
+
+cdef inline bint is_known(MemoSpan memo, int64_t a, int64_t b, int64_t c) noexcept nogil:
+    """Tell whether the cost of merging the segments between three boundaries is remembered."""
+    if memo.count == 0:
+        return False
+    return memo.at[_memo_place(memo, a, b, c)].key == _memo_key(a, b, c)
+
+
+cdef inline double recall(MemoSpan memo, int64_t a, int64_t b, int64_t c) noexcept nogil:
+    """Return a cost that is remembered."""
+    return memo.at[_memo_place(memo, a, b, c)].cost
+
+
+cdef void remember(MemoSpan memo, int64_t a, int64_t b, int64_t c, double cost) noexcept nogil:
+    """Remember a cost, in place of another one."""
+    cdef Memo* known
+    if memo.count > 0:
+        known = &memo.at[_memo_place(memo, a, b, c)]
+        known.key = _memo_key(a, b, c)
+        known.cost = cost
+
+
+cdef void remerging_forget(MemoSpan memo, int64_t left) noexcept nogil:
+    """Forget what is remembered of segments that begin at a boundary."""
+    cdef int64_t i
+    for i in range(memo.count):
+        if memo.at[i].key >> 2 * BOUNDARY_BITS == left & BOUNDARY:
+            memo.at[i].key = EMPTY

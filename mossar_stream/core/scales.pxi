@@ -1,0 +1,99 @@
+"""Scales: how far, how fast and around which pose a performer moves, so that evidence needs no unit and no tempo.
+
+    A  extent of the movements: rms distance of the joints from a slow mean of the pose
+    V  usual speed: rms of the speed u
+    H  pose in which the performer dwells: mean of the poses, each weighted by 1 / (1 + (u / 0.3 V)²)
+
+u is the rms over the joints of their speed over a tenth of a second. All are leaky sums, with little of a prior.
+Metres stand only in that prior.
+"""
+
+cdef double SCALES_HALF_LIFE = 20.0  # s
+cdef double REST_POSE_HALF_LIFE = 30.0
+cdef double PRIOR_EXTENT = 0.05  # m and m/s, as if seen for one second
+cdef double PRIOR_SPEED = 0.1
+cdef double PRIOR_DWELT = 2.0  # s, for which the first pose is taken to have been held
+cdef double SLOW = 0.3  # share of V below which a performer dwells
+cdef double LEAST_USUAL_SPEED = 0.0001  # m/s and m, of those who never move
+cdef double LEAST_EXTENT = 1e-05
+cdef double ORDINARY = 0.25  # s, A / V of ordinary movements
+cdef double SPEED_OFFSET = 0.1  # V, added to speeds before the logarithm
+cdef double QUICKEST = 0.5  # limits of the tempo relative to it
+cdef double SLOWEST = 2.0
+
+cdef struct Scales:
+    double speed  # m/s, u of the last frame
+    double speed_weight  # s
+    double squared_speed  # m²/s
+    double spread_weight  # s
+    double spread  # m² s
+    double dwelt  # s, weight of the pose H
+
+
+cdef void start_scales(Scales* scales, Floats body, int64_t joints) noexcept nogil:
+    """Begin a take with the prior, in the first pose."""
+    start_mean(body, joints, MEAN_X)
+    start_mean(body, joints, REST_X)
+    scales.speed = 0.0
+    scales.speed_weight = scales.spread_weight = 1.0
+    scales.squared_speed = PRIOR_SPEED * PRIOR_SPEED
+    scales.spread = PRIOR_EXTENT * PRIOR_EXTENT
+    scales.dwelt = PRIOR_DWELT
+
+
+cdef inline void follow_scales(Scales* scales, double squares, double dt) noexcept nogil:
+    """Take the speed of a frame in.
+
+    Args:
+        scales: SCALES.
+        squares: m²/s², mean over the joints of their squared speed.
+        dt: s since the last frame.
+    """
+    cdef double kept
+    kept = exp2(-dt / SCALES_HALF_LIFE)
+    scales.speed = sqrt(squares)
+    scales.squared_speed = scales.squared_speed * kept + squares * dt
+    scales.speed_weight = scales.speed_weight * kept + dt
+
+
+cdef inline void follow_poses(Scales* scales, Floats body, int64_t joints, double dt) noexcept nogil:
+    """Take a pose in that stands for `dt` seconds.
+
+    Args:
+        scales: SCALES.
+        body: See joint_pages.py.
+        joints: How many can move relative to the centre.
+        dt: s.
+    """
+    cdef double ratio, dwelling, squares, kept
+    cdef float share, toward_rest
+    ratio = scales.speed / (SLOW * usual_speed(scales))
+    dwelling = dt / (1.0 + ratio * ratio)
+    scales.dwelt = scales.dwelt * exp2(-dt / REST_POSE_HALF_LIFE) + dwelling
+    share, toward_rest = <float>min(dt / MEAN_TIME, 1.0), <float>(dwelling / scales.dwelt)
+    squares = squared_distance(body, MEAN_X)
+    follow_mean(body, MEAN_X, share)
+    follow_mean(body, REST_X, toward_rest)
+    kept = exp2(-dt / SCALES_HALF_LIFE)
+    scales.spread = scales.spread * kept + squares / joints * dt
+    scales.spread_weight = scales.spread_weight * kept + dt
+
+
+cdef inline double usual_speed(Scales* scales) noexcept nogil:
+    """Return V, m/s."""
+    return max(sqrt(scales.squared_speed / scales.speed_weight), LEAST_USUAL_SPEED)
+
+
+cdef inline double extent(Scales* scales) noexcept nogil:
+    """Return A, m."""
+    return max(sqrt(scales.spread / scales.spread_weight), LEAST_EXTENT)
+
+
+cdef inline double tempo_of(Scales* scales) noexcept nogil:
+    """Return how slow the performer is: A / V relative to ordinary, within limits."""
+    return min(max(extent(scales) / usual_speed(scales) / ORDINARY, QUICKEST), SLOWEST)
+
+
+cdef double rest_distance(Floats body, int64_t joints) noexcept nogil:
+    """Return the rms distance of the joints from the pose H, m."""
+    return sqrt(squared_distance(body, REST_X) / joints)

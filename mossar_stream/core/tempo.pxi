@@ -1,0 +1,69 @@
+"""Tempo: how slowly a performer moves, so that the level asks as much of slow people as of quick ones.
+
+T = sqrt(S / V): S is the squared distance of the joints from a slow mean of the pose, V their squared speed, both
+leaky sums. It is the time in which the performer covers the size of their movements. Costs are divided by T relative
+to an ordinary tempo, within limits. S follows the poses that are kept of the last seconds, V every frame.
+"""
+
+cdef double ORDINARY_PACE = 0.15  # s
+cdef double SLOWEST_PACE = 4.0  # limits of the factor
+cdef double QUICKEST_PACE = 0.8
+cdef double TIME_CONSTANT = 30.0  # s, of the sums
+cdef double PRIOR_TIME = 2.0  # s, for which an ordinary performer is taken to have moved before the take
+cdef double PRIOR_PACE_SPEED = 0.5  # m/s
+
+cdef struct Tempo:
+    double spread  # m² s, leaky sum of the joints' squared distances from the mean pose
+    double squared_speed  # m²/s, leaky sum of their squared speeds
+
+
+cdef void start_tempo(Tempo* tempo, int64_t joints, int64_t moving, Floats body) noexcept nogil:
+    """Begin a take with the prior.
+
+    Args:
+        tempo: TEMPO.
+        joints: J.
+        moving: How many of them can move relative to the centre.
+        body: See joint_pages.py.
+    """
+    start_mean(body, joints, MEAN_X)
+    tempo.spread = moving * PRIOR_TIME * squared(PRIOR_PACE_SPEED * ORDINARY_PACE)
+    tempo.squared_speed = moving * PRIOR_TIME * (PRIOR_PACE_SPEED * PRIOR_PACE_SPEED)
+
+
+cdef inline void follow_speed(Tempo* tempo, Floats body, double dt) noexcept nogil:
+    """Take the displacements of a frame in.
+
+    Args:
+        tempo: TEMPO.
+        body: See joint_pages.py.
+        dt: s since the last frame.
+    """
+    cdef double squares
+    cdef int64_t first
+    # CHECK sign (C truncates): len(body) // LINES
+    # CHECK call of page_of: page_of(body, first)
+    if dt <= 0.0:
+        return
+    squares = 0.0
+    for first in range(0, body.count // LINES, PAGE):
+        squares += page_product(page_of(body, first), STEP, STEP)
+    tempo.squared_speed = tempo.squared_speed * _kept(dt) + squares / dt
+
+
+cdef inline void follow_pose(Tempo* tempo, Floats body, double dt) noexcept nogil:
+    """Take a pose in that stands for `dt` seconds."""
+    cdef double squares
+    squares = squared_distance(body, MEAN_X)
+    follow_mean(body, MEAN_X, <float>min(dt / MEAN_TIME, 1.0))
+    tempo.spread = tempo.spread * _kept(dt) + squares * dt
+
+
+cdef inline double _kept(double dt) noexcept nogil:
+    """Return what is left of a leaky sum after some time."""
+    return max(0.0, 1.0 - dt / TIME_CONSTANT)
+
+
+cdef double pace(Tempo* tempo) noexcept nogil:
+    """Return the factor that costs are divided by."""
+    return min(max(sqrt(tempo.spread / tempo.squared_speed) / ORDINARY_PACE, QUICKEST_PACE), SLOWEST_PACE)

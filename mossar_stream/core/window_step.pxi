@@ -1,0 +1,353 @@
+"""Window step: what follows from a frame in which something happened.
+
+The frame step stops after such a frame; this compiled call then says what the splitter found, brings the window up to
+date and decides what is due. Few frames come here, and it is compiled apart from what every frame goes through.
+"""
+
+cdef enum:
+    FOLLOW = 0  # why `update_window` is called
+    LEVEL = 1
+    END = 2
+    RANK = 3
+    DECIDE = 4
+    REPORTED = 1
+    UNREPORTED = 0
+cdef double LAST_OF_ALL = 1.7976931348623157e+308  # s, when all labels are due
+cdef double CLEAR = 2.0  # a strength so many times the level, or less than one part in so many of it, is a clear decision
+cdef double LOG_REST_SPEED = -2.3025851249694824  # log speed of a joint at rest
+
+
+# ENTRY: called from Python
+cdef void update_window(Bytes row, EvidenceSpan params, Bytes scratch, Bytes event_buffer, int64_t reason) noexcept nogil:
+    """Carry out what follows from the last frame.
+
+    Args:
+        row: Bytes of the performer.
+        params: One-element record array of the similarity measure.
+        scratch: Of `new_scratch`.
+        event_buffer: With room for `most_events`.
+        reason: FOLLOW after a frame at which the frame step stopped, LEVEL after the level moved, END to end the
+            take: RANK to close its last segment and rank all key frames, then DECIDE.
+    """
+    cdef Row* state
+    cdef Window w
+    cdef OpenSegment segment
+    cdef int64_t begin
+    # CHECK call of part: part(row, 0, ROW, (1,))
+    # CHECK subscript part(row, 0, ROW, (1,))[0]
+    # CHECK call of _window_of: _window_of(state, row, params, scratch, event_buffer)
+    # CHECK call of _open_segment_of: _open_segment_of(state, row, w)
+    state = part(row, 0, ROW, (1,))[0]
+    if state.clock.open == 0:
+        return
+    w = _window_of(state, row, params, scratch, event_buffer)
+    segment = _open_segment_of(state, row, &w)
+    if reason == LEVEL:
+        relabel(&w)
+        set_due_time(&w)
+    elif reason == FOLLOW:
+        begin = w.events.at[0].row
+        if state.activity.changed == 1:
+            put_activity(w.clock, w.events, &state.activity)
+        _say_what_was_found(&w, &segment, state)
+        judge_candidates(&w, w.clock.time)
+        set_due_time(&w)
+        if w.plan.offline == 0 and is_due(&w):
+            _decide_what_is_due(&w, &segment, &state.curve, begin)
+    else:
+        if reason != DECIDE:
+            if rests_at_end(&w.activity, w.clock.taken_time):
+                put_activity(w.clock, w.events, &state.activity)
+            _close_take(&w, &segment, &state.curve)
+        if reason != RANK:
+            _decide_all(&w, &segment)
+
+
+# NOT COMPILED IN ANY RUN: _window_of
+# def _window_of(state, row, params, scratch, event_buffer):
+#     """Return views of a row, the scratch and the event buffer, as long as the row's plan and `new_scratch` say."""
+#     plan, at = state.plan, state.at
+#     places = plan.capacity + 2
+#     counted = 0 if plan.offline == 1 else places
+#     repetitions = at.adopted if plan.adopts == 1 else at.periods
+#     return Window(
+#         plan,
+#         state.clock,
+#         state.joints,
+#         state.window,
+#         state.tempo,
+#         state.slots,
+#         params[0],
+#         PoseHistory(
+#             state.history,
+#             part(row, at.marks, MARK, (plan.history_size,)),
+#             part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
+#             part(row, at.body, np.float32, ((at.seen - at.body) // 4,)),
+#         ),
+#         RepetitionLabels(
+#             state.labels,
+#             part(row, at.notes, NOTE, (plan.notes,)),
+#             part(row, repetitions, PERIODS, (plan.has_features,)),
+#         ),
+#         Activity(state.activity, part(row, at.bouts, BOUT, (plan.bouts,))),
+#         state.noise,
+#         part(row, at.keys, KEY, (places,)),
+#         part(row, at.order, np.int64, (places,)),
+#         part(row, at.unused, np.int64, (plan.slot_count,)),
+#         part(row, at.summaries, np.float64, (plan.slot_count, plan.slot)),
+#         part(row, at.counts, np.int32, (counted + 1, counted)),
+#         part(row, at.memo, MEMO, (plan.memo_size,)),
+#         part(event_buffer, 0, EVENT, (len(event_buffer) // EVENT_BYTES,)),
+#         _scratch_of(plan, scratch),
+#     )
+
+
+# NOT COMPILED IN ANY RUN: _scratch_of
+# def _scratch_of(plan, scratch):
+#     rows, long = plan.capacity + SPARE_SUMMARIES, plan.capacity + 4
+#     at_pose = 8 * rows * plan.slot
+#     at_integers = at_pose + 16 * plan.padded_joints
+#     integers = part(scratch, at_integers, np.int64, (10, long))
+#     numbers = part(scratch, at_integers + 8 * integers.size, np.float64, (2, long))
+#     return Scratch(
+#         part(scratch, 0, np.float64, (rows, plan.slot)),
+#         part(scratch, at_pose, np.float32, (4, plan.padded_joints)),
+#         integers[0],
+#         integers[1],
+#         integers[2],
+#         integers[3],
+#         integers[4],
+#         integers[5:],
+#         numbers[0],
+#         numbers[1],
+#     )
+
+
+# NOT COMPILED IN ANY RUN: _open_segment_of
+# def _open_segment_of(state, row, w):
+#     plan, at = state.plan, state.at
+#     return OpenSegment(
+#         plan,
+#         state.open_segment,
+#         w.slots,
+#         w.params,
+#         w.unused,
+#         w.summaries,
+#         w.history.body,
+#         part(row, at.pose, np.float32, (4, plan.padded_joints)),
+#     )
+
+
+cdef inline void _say_what_was_found(Window* w, OpenSegment* segment, Row* state) noexcept nogil:
+    """Say what the splitter found, and add the key frame if there is one."""
+    cdef Curve* curve
+    cdef int64_t happened, slot, kind, frame
+    cdef FoundInFrame* found
+    cdef Clock* clock
+    cdef Point point
+    curve = &state.curve
+    found = &curve.found
+    clock = w.clock
+    happened = found.happened
+    found.happened = 0
+    if happened & REPLACED:
+        _put_candidate(w, KEY_WITHDRAWN, found.former_frame, found.former_time, found.former_share)
+    if happened & PROMOTED:
+        _put_candidate(w, KEY_CANDIDATE, found.frame, found.time, found.share)
+    if happened & FORGOTTEN:
+        _put_candidate(w, KEY_WITHDRAWN, found.frame, found.time, found.share)
+    if happened & (CROSSED | ACCEPTED) == 0:
+        return
+    flush_waiting(segment)
+    slot = segment.state.closed
+    segment.state.closed = NO_SLOT
+    if happened & CROSSED:
+        kind, frame = KIND_ONSET if curve.moving == 1 else KIND_OFFSET, clock.used_frame
+        point = Point(kind, frame, frame, clock.time, curve.share, UNKNOWN_STRENGTH)
+        _add_key(w, slot, state, point, FIRST_MESSAGE)
+    else:
+        point = Point(KIND_MINIMUM, found.frame, found.frame, found.time, found.share, UNKNOWN_STRENGTH)
+        _add_key(w, slot, state, point, SECOND_MESSAGE)
+    if w.plan.offline == 0:
+        rank(w, NO_SLOT)
+        relabel(w)
+        w.state.ranked = 1
+        set_due_time(w)
+
+
+cdef void _add_key(Window* w, int64_t slot, Row* state, Point point, int64_t rev) noexcept nogil:
+    """Add a key frame to the window, with its features if the measure asks for them."""
+    cdef double noise, time, rest_distance, speed
+    cdef int64_t reported, frame
+    cdef Point placed
+    cdef Candidate* candidate
+    cdef Scales* scales
+    if w.plan.has_features == 0:
+        add_key(w, slot, point, point.time, rev, REPORTED)
+        return
+    candidate = &state.candidate
+    scales = &state.scales
+    noise = noise_of_speed(&state.noise, w.plan.moving_joints)
+    write_features(w.params, row_of_doubles(w.summaries, slot), features_of(candidate, scales, noise, state.joints.moving))
+    reported = UNREPORTED
+    if is_reported(candidate, scales, point.time, noise):
+        reported = REPORTED
+        candidate.reported_time, candidate.reported_speed = point.time, candidate.speed
+        candidate.peak = 0.0
+    frame, time = point.frame, point.time
+    if candidate.before < candidate.frame:
+        frame, time = candidate.frame, candidate.time
+    candidate.before = frame
+    rest_distance, speed = candidate.rest_distance / extent(scales), candidate.speed / usual_speed(scales)
+    note_candidate(&w.labels, point.time, time, rest_distance, speed)
+    placed = Point(point.kind, point.id, frame, time, point.velocity, point.strength)
+    add_key(w, slot, placed, point.time, rev, reported)
+
+
+cdef void _put_candidate(Window* w, int64_t status, int64_t frame, double time, double share) noexcept nogil:
+    cdef int64_t rev, decided
+    cdef Point point
+    rev = FIRST_MESSAGE if status == KEY_CANDIDATE else SECOND_MESSAGE
+    decided = UNDECIDED if status == KEY_CANDIDATE else DECIDED
+    point = Point(KIND_MINIMUM, frame, frame, time, share, UNKNOWN_STRENGTH)
+    put_key_frame(w.clock, w.events, point, status, rev, decided)
+
+
+cdef inline void _decide_what_is_due(Window* w, OpenSegment* segment, Curve* curve, int64_t begin) noexcept nogil:
+    """Decide the oldest key frames while there are more than W or they are older than `remerge_seconds`.
+
+    If several are due and cause more than `most_events`, the rest is left for the next frame.
+    """
+    cdef int64_t open_slot, end_frame, last
+    cdef bint clear
+    flush_waiting(segment)
+    open_slot = NO_SLOT
+    end_frame = curve.candidate if curve.candidate >= 0 else curve.run_frame
+    last = begin + w.plan.most_events - (4 * w.plan.capacity + 12)  # with room for one more decision
+    while is_due(w):
+        if w.events.at[0].row >= last:
+            break
+        clear = _is_clear(w)
+        if open_slot == NO_SLOT and (w.keys.at[0].kept == 1 or not clear):
+            open_slot = _gather_open(w, segment)
+        if not clear:
+            rank(w, open_slot)
+            relabel(w)
+        report_kept(w, ONE)
+        segment.state.settled = decide_oldest(w, segment.state.settled, open_slot, end_frame)
+        w.state.ranked = 0
+    if open_slot != NO_SLOT:
+        free(w.slots, w.unused, open_slot)
+    set_due_time(w)
+
+
+cdef inline bint _is_clear(Window* w) noexcept nogil:
+    """Tell whether what came after the newest key frame hardly changes the decision on the oldest one."""
+    cdef double strength, beta
+    if w.plan.has_features == 1 or w.plan.rests == 1:  # which changes with what follows
+        return False
+    strength, beta = w.keys.at[0].strength, w.plan.beta
+    return w.state.ranked == 1 and (strength >= CLEAR * beta or CLEAR * strength <= beta)
+
+
+cdef inline int64_t _gather_open(Window* w, OpenSegment* segment) noexcept nogil:
+    """Return a slot with the closed summary of everything since the newest key frame."""
+    cdef int64_t open_slot
+    cdef Doubles own
+    open_slot = allocate(w.slots, w.unused, w.summaries)
+    own = row_of_doubles(w.summaries, open_slot)
+    merge_into(w.params, own, row_of_doubles(w.summaries, segment.state.settled))
+    merge_into(w.params, own, row_of_doubles(w.summaries, segment.state.since))
+    merge_into(w.params, own, row_of_doubles(w.summaries, segment.state.run))
+    add_last_frame(segment, open_slot)
+    flush_sums(w.params, own, segment.body, w.plan.padded_joints)
+    close(w.params, own)
+    return open_slot
+
+
+cdef inline void _close_take(Window* w, OpenSegment* segment, Curve* curve) noexcept nogil:
+    """Close the last segment and rank all undecided key frames together."""
+    cdef Doubles settled
+    cdef int64_t j
+    place_last_frame(segment, curve.candidate, curve.run_length, curve.run_length < 0)
+    flush_waiting(segment)
+    if curve.candidate >= 0:
+        _put_candidate(w, KEY_WITHDRAWN, curve.candidate, curve.candidate_time, curve.candidate_share)
+        forget_candidate(curve)
+        settle(segment)
+    if curve.awaiting == 1 and w.state.undecided > 0:
+        _withdraw_newest(w, segment)
+    settled = row_of_doubles(w.summaries, segment.state.settled)
+    if w.plan.post_roll > 0.0:
+        flatten(segment.body, segment.pose)
+        for j in range(w.plan.padded_joints):
+            segment.pose.at[3 * segment.pose.columns + j] = LOG_REST_SPEED
+        add_pose(w.params, settled, segment.pose, w.plan.joints, w.clock.time, w.plan.post_roll)
+    judge_candidates(w, LAST_OF_ALL)
+    close(w.params, settled)
+    rank(w, segment.state.settled)
+
+
+cdef inline void _withdraw_newest(Window* w, OpenSegment* segment) noexcept nogil:
+    """Take back the newest key frame, confirmed early, since the maximum that accepts it never came."""
+    cdef int64_t newest, slot
+    cdef Key* key
+    cdef Point point
+    newest = w.state.undecided - 1
+    key = &w.keys.at[newest]
+    if w.plan.offline == 0 and key.before != NOT_KEPT:
+        put_segment(w, key.before, newest, SEGMENT_WITHDRAWN)
+    point = point_of(key, key.at_frame, key.at_time, UNKNOWN_STRENGTH)
+    put_key_frame(w.clock, w.events, point, KEY_WITHDRAWN, key.rev + 1, DECIDED)
+    slot = w.order.at[newest]
+    merge_into(w.params, row_of_doubles(w.summaries, slot), row_of_doubles(w.summaries, segment.state.settled))
+    free(w.slots, w.unused, segment.state.settled)
+    segment.state.settled = slot
+    w.state.undecided -= 1
+    w.state.ordinal -= 1
+    if w.plan.has_features == 1:
+        forget_newest(&w.labels)
+
+
+cdef inline void _decide_all(Window* w, OpenSegment* segment) noexcept nogil:
+    """Decide all undecided key frames by their strengths, and end the take."""
+    cdef int64_t settled
+    relabel(w)
+    report_kept(w, w.state.undecided)
+    while w.state.undecided > 0:
+        settled = segment.state.settled
+        segment.state.settled = decide_oldest(w, settled, settled, w.clock.used_frame + 1)
+    _put_last_segment(w, segment.state.settled)
+    end_take(w.clock)
+
+
+cdef inline void _put_last_segment(Window* w, int64_t settled) noexcept nogil:
+    """Put the final message about the segment from the last final key frame to the end into the event buffer."""
+    cdef int64_t d, places
+    cdef Event* event
+    cdef (int64_t, int64_t, int64_t) bounds
+    cdef WindowState* state
+    cdef Clock* clock
+    cdef DoubleRows summaries
+    # CHECK sign (C truncates): (state.ordinal - 1) % places
+    state = w.state
+    clock = w.clock
+    summaries = w.scratch.summaries
+    for d in range(w.plan.slot):
+        summaries.at[OWN * summaries.columns + d] = w.summaries.at[settled * w.summaries.columns + d]
+        if state.has_before == 1:
+            summaries.at[PREVIOUS * summaries.columns + d] = w.summaries.at[state.before * w.summaries.columns + d]
+    event = next_event(clock, w.events, SEGMENT)
+    event.id = state.left_id
+    event.frame = state.left_frame
+    event.time = state.left_time
+    event.end_id = clock.used_frame
+    event.until_frame = clock.used_frame
+    event.until_time = clock.time
+    event.rev = 1
+    if w.plan.offline == 0 and state.ordinal > 0 and w.keys.at[0].frame == clock.used_frame:
+        # A key frame in the last frame, merged: there were messages about a segment of the same name.
+        places = w.plan.capacity + 2
+        event.rev += w.counts.at[places * w.counts.columns + (state.ordinal - 1) % places]
+    bounds = BEFORE_WINDOW, state.left_ordinal, UNKNOWN_BOUNDARY
+    window_describe(w, event, state.has_before == 1, SEGMENT_FINAL, bounds)

@@ -1,0 +1,124 @@
+"""Where moves may begin: onsets and significant minima of the recogniser's own speed.
+
+The body's key frames depend on settings that users change; what is recognised must not. So the recogniser follows a
+speed of its own (mean over the joints, m/s), in the manner of Algorithm 2: an onset where it rises above a share of
+its range, a minimum where it has fallen and risen by a significant share.
+"""
+
+cdef enum:
+    STARTS = 4  # of which the last ones are remembered
+cdef double AVERAGED = 0.12  # s, of speed
+cdef double ONSET = 0.12  # of the range: faster is moving
+cdef double SIGNIFICANT = 0.06  # of the range: what a minimum must be lower than its surroundings
+cdef double HALF_LIFE = 20.0  # s, of the range
+cdef double LEAST_RANGE = 0.3  # m/s
+cdef enum:
+    LOOK_BACK = 15  # poses: so far before an onset a move may have begun
+
+cdef struct MoveActivity:
+    double range  # m/s, largest speed, decaying
+    double speed  # m/s, now
+    int64_t moving  # whether speed is above the threshold
+    int64_t rising  # whether a maximum is looked for, else a minimum
+    double top  # m/s, largest speed since the last minimum
+    double low  # m/s, least speed since the last maximum
+    int64_t low_pose  # when that was
+    int64_t starts[4]  # numbers of poses where moves may have begun, the latest first; -1 for none
+
+
+cdef void activity_start_activity(MoveActivity* activity) noexcept nogil:
+    """Forget everything but the range."""
+    # CHECK Slice: :
+    activity.range = max(activity.range, LEAST_RANGE)
+    activity.speed = 0.0
+    activity.moving = 0
+    activity.rising = 1
+    activity.top = 0.0
+    activity.low = 0.0
+    activity.low_pose = 0
+    activity.starts[:] = -1
+
+
+cdef void activity_follow_activity(MoveActivity* activity, Doubles speeds, Doubles times, int64_t first, int64_t pose) noexcept nogil:
+    """Take in the speed at a pose.
+
+    Args:
+        activity: Record.
+        speeds: (RING,) m/s.
+        times: (RING,) s.
+        first: Number of the first pose since the last gap.
+        pose: Number of this pose, above `first`.
+    """
+    cdef double seconds, speed
+    cdef int64_t moving
+    # CHECK sign (C truncates): pose % RING; (pose - 1) % RING
+    # CHECK power 0.5 ** (seconds / HALF_LIFE): f8 ** f8
+    seconds = times.at[pose % RING] - times.at[(pose - 1) % RING]
+    speed = activity.speed = mean_speed(speeds, times, first, pose)
+    activity.range = max(activity.range * pow(0.5, seconds / HALF_LIFE), speed, LEAST_RANGE)
+    moving = 1 if speed > ONSET * activity.range else 0
+    if moving != activity.moving:
+        activity.moving = moving
+        if moving:
+            _activity_begin(activity, speed, _rise(speeds, times, first, pose))
+    elif moving:
+        _find_minimum(activity, speed, pose)
+
+
+cdef inline double mean_speed(Doubles speeds, Doubles times, int64_t first, int64_t pose) noexcept nogil:
+    """Return the mean speed over the last `AVERAGED` seconds, m/s."""
+    cdef double total
+    cdef int64_t count
+    # CHECK sign (C truncates): pose % RING; (pose - count) % RING
+    total = 0.0
+    count = 0
+    while pose - count > first and times.at[pose % RING] - times.at[(pose - count) % RING] < AVERAGED - EARLY:
+        total += speeds.at[(pose - count) % RING]
+        count += 1
+    return total / max(count, 1)
+
+
+cdef inline int64_t _rise(Doubles speeds, Doubles times, int64_t first, int64_t pose) noexcept nogil:
+    """Return where the rise began that led above the threshold."""
+    cdef int64_t here
+    cdef double last, before
+    here = pose
+    last = mean_speed(speeds, times, first, here)
+    while here - 1 > max(first, pose - LOOK_BACK):
+        before = mean_speed(speeds, times, first, here - 1)
+        if not before < last:
+            break
+        here -= 1
+        last = before
+    return here
+
+
+cdef inline void _activity_begin(MoveActivity* activity, double speed, int64_t pose) noexcept nogil:
+    activity.rising = 1
+    activity.top = speed
+    _remember(activity, pose)
+
+
+cdef inline void _find_minimum(MoveActivity* activity, double speed, int64_t pose) noexcept nogil:
+    cdef double significant
+    significant = SIGNIFICANT * activity.range
+    if activity.rising == 1:
+        activity.top = max(activity.top, speed)
+        if speed < activity.top - significant:
+            activity.rising = 0
+            activity.low = speed
+            activity.low_pose = pose
+    elif speed < activity.low:
+        activity.low = speed
+        activity.low_pose = pose
+    elif speed > activity.low + significant:
+        activity.rising = 1
+        activity.top = speed
+        _remember(activity, activity.low_pose)
+
+
+cdef inline void _remember(MoveActivity* activity, int64_t pose) noexcept nogil:
+    cdef int64_t i
+    for i in range(STARTS - 1, 0, -1):
+        activity.starts[i] = activity.starts[i - 1]
+    activity.starts[0] = pose

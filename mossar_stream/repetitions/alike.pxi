@@ -1,0 +1,382 @@
+"""Cycles between turning points, and which of them are alike.
+
+A cycle goes from one extreme to the other and back. Its description is the posture at the three extremes and where it
+passes a quarter, half and three quarters of the way, out and back: pauses and pace do not matter. Cycles count in runs
+of neighbours whose descriptions agree; the agreement of all pairs of a run must add up to enough.
+"""
+
+cdef enum:
+    SHORTEST_CYCLE = 4  # samples, of a cycle
+cdef double LONGEST_RATIO = 2.0  # of the durations of neighbours
+cdef double LEAST_AMPLITUDE_RATIO = 0.6
+cdef double LEAST_AGREEMENT = 0.26  # of two neighbours
+cdef double ENOUGH_AGREEMENT = 0.79  # of a run's pairs together
+cdef double STRONG = 0.93  # one such pair makes clear that this is a repeated movement,
+cdef double SAME_POSTURE = 0.3  # of the way between the extremes, by which postures differ that are the same
+cdef double LONGEST_STOP = 0.5  # cycles, within what goes on
+cdef double MUCH = 1.5  # or as much of a run's pairs together
+
+
+cdef int64_t cycles_between(Int32Rows turns, int64_t found, int64_t direction, bint first, Int32Rows cycles) noexcept nogil:
+    """Write the cycles that begin and end at extremes of one direction.
+
+    Args:
+        turns: See `turning_points`.
+        found: How many there are.
+        direction: 1 to begin at maxima, -1 at minima.
+        first: Whether the window's first sample is the take's: otherwise an extreme there is only where it was cut.
+        cycles: (3, SAMPLES), out: start, far extreme, end.
+
+    Returns:
+        How many there are.
+    """
+    cdef int64_t at, count, k
+    at = 0
+    if found > 0 and not first and turns.at[0] == 0:
+        at = 1
+    if at < found and turns.at[1 * turns.columns + at] != direction:
+        at += 1
+    count = 0
+    while at + 2 < found:
+        for k in range(3):
+            cycles.at[k * cycles.columns + count] = turns.at[at + k]
+        count += 1
+        at += 2
+    return count
+
+
+cdef double crossing(Floats scores, int64_t start, int64_t end, double share) noexcept nogil:
+    """Return where a component passes a share of the way between two samples, between samples."""
+    cdef float goal, sign
+    cdef int64_t step, i
+    goal = scores.at[start] + <float>share * (scores.at[end] - scores.at[start])
+    sign = <float>1.0 if scores.at[end] > scores.at[start] else <float>(-1.0)
+    step = 1 if end > start else -1
+    i = start
+    while i != end and (scores.at[i + step] - goal) * sign < 0:
+        i += step
+    if i == end:
+        return <double>end
+    return i + step * <double>((goal - scores.at[i]) / (scores.at[i + step] - scores.at[i]))
+
+
+cdef void alike_describe(Samples* samples, int64_t component, Int32Rows cycles, int64_t i, FloatPlanes shapes) noexcept nogil:
+    """Write the postures by which a cycle is compared.
+
+    Args:
+        samples: `Samples`.
+        component: The one whose turning points these are.
+        cycles: (3, SAMPLES) start, far extreme, end.
+        i: Which cycle.
+        shapes: (n, POSTURES, COMPONENTS) float32, whose i-th is written.
+    """
+    cdef FloatRows smooth
+    cdef int64_t k, there, q, back
+    cdef float sign, begin, top, goal
+    cdef int32_t start, far, end
+    # CHECK numba gave back the types int32, int64
+    # CHECK numba gave there the types int32, int64
+    smooth = samples.smooth
+    start, far, end = cycles.at[i], cycles.at[1 * cycles.columns + i], cycles.at[2 * cycles.columns + i]
+    for k in range(COMPONENTS):
+        shapes.at[(i * shapes.rows + 0) * shapes.columns + k], shapes.at[(i * shapes.rows + 1) * shapes.columns + k], shapes.at[(i * shapes.rows + 2) * shapes.columns + k] = smooth.at[k * smooth.columns + start], smooth.at[k * smooth.columns + far], smooth.at[k * smooth.columns + end]
+    begin, top = smooth.at[component * smooth.columns + start], smooth.at[component * smooth.columns + far]
+    sign = <float>1.0 if top > begin else <float>(-1.0)
+    there = start
+    for q in range(3):
+        goal = begin + <float>(0.25 * (q + 1)) * (top - begin)
+        while there < far and (smooth.at[component * smooth.columns + (there + 1)] - goal) * sign < 0:
+            there += 1
+        _write_between(smooth, component, (there, min(there + 1, far)), goal, shapes, (i, 3 + 2 * q))
+    begin, back = smooth.at[component * smooth.columns + end], end
+    sign = <float>1.0 if top > begin else <float>(-1.0)
+    for q in range(3):
+        goal = begin + <float>(0.25 * (q + 1)) * (top - begin)
+        while back > far and (smooth.at[component * smooth.columns + (back - 1)] - goal) * sign < 0:
+            back -= 1
+        _write_between(smooth, component, (back, max(back - 1, far)), goal, shapes, (i, 4 + 2 * q))
+
+
+cdef void _write_between(FloatRows smooth, int64_t component, (int64_t, int64_t) between, float goal, FloatPlanes shapes, (int64_t, int64_t) place) noexcept nogil:
+    """Write the posture where a component has a value between two neighbours."""
+    cdef float rest
+    cdef int64_t k, one, other, i, q
+    one, other = between
+    i, q = place
+    rest = <float>0.0
+    if one != other:
+        rest = (goal - smooth.at[component * smooth.columns + one]) / (smooth.at[component * smooth.columns + other] - smooth.at[component * smooth.columns + one])
+    for k in range(COMPONENTS):
+        shapes.at[(i * shapes.rows + q) * shapes.columns + k] = smooth.at[k * smooth.columns + one] + rest * (smooth.at[k * smooth.columns + other] - smooth.at[k * smooth.columns + one])
+
+
+cdef double agreement(CountingScratch* described, int64_t i, int64_t j) noexcept nogil:
+    """Return how alike two descriptions are: 1 the same, 0 no more than by chance.
+
+    With a and b the descriptions and m their mean, this is 1 - |a - b|² / (|a - m|² + |b - m|²).
+    """
+    cdef int64_t q, k
+    cdef float squares, spread, product, means
+    cdef FloatPlanes shapes
+    cdef FloatRows totals
+    shapes = described.shapes
+    totals = described.totals
+    product, means = <float>0.0, <float>0.0
+    for q in range(POSTURES):
+        for k in range(COMPONENTS):
+            product += shapes.at[(i * shapes.rows + q) * shapes.columns + k] * shapes.at[(j * shapes.rows + q) * shapes.columns + k]
+    for k in range(COMPONENTS):
+        means += squared_float(totals.at[i * totals.columns + k] + totals.at[j * totals.columns + k])
+    squares = totals.at[i * totals.columns + COMPONENTS] + totals.at[j * totals.columns + COMPONENTS]
+    spread = max(squares - means / <float>(2 * POSTURES), <float>1e-9)
+    return 1.0 - <double>((squares - <float>2.0 * product) / spread)
+
+
+cdef bint _pair(Floats scores, Int32Rows cycles, int64_t i) noexcept nogil:
+    """Return whether durations and amplitudes of a cycle and the next are near enough."""
+    cdef int64_t one, other
+    cdef double a, b
+    one = cycles.at[2 * cycles.columns + i] - cycles.at[i]
+    other = cycles.at[2 * cycles.columns + (i + 1)] - cycles.at[i + 1]
+    if max(one, other) > LONGEST_RATIO * min(one, other):
+        return False
+    if min(one, other) < SHORTEST_CYCLE:
+        return False
+    a = abs(scores.at[cycles.at[1 * cycles.columns + i]] - 0.5 * (scores.at[cycles.at[i]] + scores.at[cycles.at[2 * cycles.columns + i]]))
+    b = abs(scores.at[cycles.at[1 * cycles.columns + (i + 1)]] - 0.5 * (scores.at[cycles.at[i + 1]] + scores.at[cycles.at[2 * cycles.columns + (i + 1)]]))
+    return min(a, b) >= LEAST_AMPLITUDE_RATIO * max(a, b)
+
+
+cdef void describe_all(Samples* samples, int64_t component, Int32Rows cycles, int64_t count, CountingScratch* described) noexcept nogil:
+    """Describe cycles.
+
+    Args:
+        samples: `Samples`.
+        component: The one whose turning points these are.
+        cycles: (3, SAMPLES).
+        count: How many there are.
+        described: `SCRATCH` record, out.
+    """
+    cdef int64_t i, q, k
+    cdef FloatPlanes shapes
+    cdef FloatRows totals
+    cdef float value
+    shapes = described.shapes
+    totals = described.totals
+    for i in range(count):
+        alike_describe(samples, component, cycles, i, shapes)
+        row_of_floats(totals, i) = <float>0.0
+        for q in range(POSTURES):
+            for k in range(COMPONENTS):
+                value = shapes.at[(i * shapes.rows + q) * shapes.columns + k]
+                totals.at[i * totals.columns + k] += value
+                totals.at[i * totals.columns + COMPONENTS] += value * value
+        if i > 0:
+            described.alike[i - 1] = agreement(described, i - 1, i)
+
+
+cdef double alternation(Int32Rows cycles, int64_t count, CountingScratch* described) noexcept nogil:
+    """Return how much better cycles agree with the next but one than with the next: those are halves of cycles."""
+    cdef Doubles alike
+    cdef int64_t i, triples
+    cdef double better
+    alike = described.alike
+    better, triples = 0.0, 0
+    for i in range(count - 2):
+        if cycles.at[2 * cycles.columns + i] == cycles.at[i + 1] and cycles.at[2 * cycles.columns + (i + 1)] == cycles.at[i + 2]:
+            better += agreement(described, i, i + 2) - 0.5 * (alike.at[i] + alike.at[i + 1])
+            triples += 1
+    return better / triples if triples > 1 else 0.0
+
+
+cdef void copy_cycles(Int32Rows cycles, int64_t count, Int32Rows goal) noexcept nogil:
+    """Copy the first `count` cycles of one (3, SAMPLES) to another."""
+    cdef int64_t k, i
+    for k in range(3):
+        for i in range(count):
+            goal.at[k * goal.columns + i] = cycles.at[k * cycles.columns + i]
+
+
+cdef int64_t join_pairs(Floats scores, Int32Rows cycles, int64_t count, int64_t first, Int32Rows joined) noexcept nogil:
+    """Write cycles joined two by two from one of them on; return how many there are."""
+    cdef int64_t made, i
+    cdef bint farther
+    cdef int32_t start, one, other
+    made, i = 0, first
+    while i + 1 < count:
+        if cycles.at[2 * cycles.columns + i] != cycles.at[i + 1]:
+            i += 1
+            continue
+        start, one, other = cycles.at[i], cycles.at[1 * cycles.columns + i], cycles.at[1 * cycles.columns + (i + 1)]
+        joined.at[made], joined.at[2 * joined.columns + made] = start, cycles.at[2 * cycles.columns + (i + 1)]
+        farther = abs(scores.at[one] - scores.at[start]) >= abs(scores.at[other] - scores.at[start])
+        joined.at[1 * joined.columns + made] = one if farther else other
+        made += 1
+        i += 2
+    return made
+
+
+cdef (int64_t, double, bint) keep_alike(Floats scores, Int32Rows cycles, int64_t count, Doubles alike) noexcept nogil:
+    """Keep the cycles of runs that agree enough.
+
+    Args:
+        scores: Of the component whose turning points these are.
+        cycles: (3, SAMPLES), in and out.
+        count: How many there are.
+        alike: Agreement of each with the next.
+
+    Returns:
+        How many are left, the samples that they cover, weighted by their agreement, and whether it is clear that
+        a movement repeats.
+    """
+    cdef int64_t kept, i, j, q, k
+    cdef double covered, agreed, strongest
+    cdef bint clear
+    kept, covered, i, clear = 0, 0.0, 0, False
+    while i < count:
+        j, agreed, strongest = i, 0.0, 0.0
+        while j + 1 < count and _pair(scores, cycles, j):
+            if alike.at[j] < LEAST_AGREEMENT:
+                break
+            agreed += alike.at[j]
+            strongest = max(strongest, alike.at[j])
+            j += 1
+        if j > i and agreed >= ENOUGH_AGREEMENT:
+            clear |= strongest >= STRONG or agreed >= MUCH
+            covered += agreed / (j - i) * (cycles.at[2 * cycles.columns + j] - cycles.at[i])
+            for q in range(i, j + 1):
+                for k in range(3):
+                    cycles.at[k * cycles.columns + kept] = cycles.at[k * cycles.columns + q]
+                kept += 1
+        i = j + 1
+    return kept, covered, clear
+
+
+cdef int64_t duration(Int32Rows cycles, int64_t count) noexcept nogil:
+    """Return how many samples cycles last together."""
+    cdef int64_t total, i
+    total = 0
+    for i in range(count):
+        total += cycles.at[2 * cycles.columns + i] - cycles.at[i]
+    return total
+
+
+cdef double recurring(FloatRows scores, Int32Rows cycles, int64_t count) noexcept nogil:
+    """Return the correlation of the posture with that one mean cycle later, from -1 to 1, between first and last cycle."""
+    cdef int64_t lag, k, n, i
+    cdef int32_t begin
+    cdef double product, one, other
+    cdef Floats row
+    cdef float u, v, uu, vv, uv, a, b
+    lag = <int64_t>(<double>duration(cycles, count) / count + 0.5)
+    begin, n = cycles.at[0], cycles.at[2 * cycles.columns + (count - 1)] - cycles.at[0] - lag
+    if n < 2:
+        return 0.0
+    product, one, other = 0.0, 1e-18, 1e-18
+    for k in range(COMPONENTS):
+        row = row_of_floats(scores, k)
+        u = v = uu = vv = uv = <float>0.0
+        for i in range(begin, begin + n):
+            a, b = row.at[i], row.at[i + lag]
+            u += a
+            v += b
+            uu += a * a
+            vv += b * b
+            uv += a * b
+        product += <double>(uv - u * v / <float>n)
+        one += <double>(uu - u * u / <float>n)
+        other += <double>(vv - v * v / <float>n)
+    return product / sqrt(one * other)
+
+
+cdef (double, int64_t) goes_on(Counting* header, int64_t n, FloatRows smooth, Ints32 cycle, int64_t step, int64_t last) noexcept nogil:
+    """Return how much of a cycle is shown beyond its end (step 1), or before its begin (-1), and up to which sample.
+
+    Args:
+        header: `HEADER` record.
+        n: Samples in the window.
+        smooth: (COMPONENTS, n) scores.
+        cycle: (3,) start, far extreme, end.
+        step: 1 or -1.
+        last: Sample beyond which it is not looked for.
+    """
+    cdef int32_t begun, start, far, end, goal
+    cdef int64_t there, here, q, one, other, best, place
+    cdef double most, lasted, least
+    cdef float apart
+    # CHECK numba gave here the types int32, int64
+    # CHECK numba gave least the types float32, float64
+    # CHECK numba gave there the types int32, int64
+    # CHECK distance is called with several kinds of arguments
+    # CHECK ring_place is called with several kinds of arguments
+    start, far, end = cycle.at[0], cycle.at[1], cycle.at[2]
+    here, there, goal = (end, start, end) if step == 1 else (start, end, start)
+    begun = there
+    most, lasted = SAME_POSTURE * distance(smooth, start, far), header.at[ring_place(header, n, end)] - header.left[ring_place(header, n, start)]
+    while here != last and there != goal:
+        one, other = (here, here + 1) if step == 1 else (here - 1, here)
+        if header.at[ring_place(header, n, other)] - header.left[ring_place(header, n, one)] > LONGEST_STOP * lasted + STAMP_ROUNDING:
+            break
+        best, least = there, INFINITY
+        for q in range(3):
+            place = there + q * step
+            if (goal - place) * step < 0:
+                break
+            apart = distance(smooth, here + step, place)
+            if apart < least:
+                best, least = place, apart
+        if least > most:
+            break
+        here, there = here + step, best
+    return (<double>abs(there - begun) / (end - start), here)
+
+
+cdef float distance(FloatRows smooth, int32_t i, int32_t j) noexcept nogil:
+    """Return how far two samples of the window are apart, m over all joints."""
+    cdef float total
+    cdef int64_t k
+    total = <float>0.0
+    for k in range(COMPONENTS):
+        total += squared_float(smooth.at[k * smooth.columns + i] - smooth.at[k * smooth.columns + j])
+    return sqrtf(total)
+
+
+cdef (double, double) dwelling_of(Counting* header, int64_t n, Floats scores, int32_t start, int32_t far, int32_t end) noexcept nogil:
+    """Return how long a cycle is in the quarter where it begins, and in that of its other extreme, s."""
+    cdef float sign, near, away, begin, top
+    cdef int32_t q
+    cdef double dwelling, distant, lasted
+    # CHECK ring_place is called with several kinds of arguments
+    begin, top = scores.at[start], scores.at[far]
+    sign = <float>1.0 if top > begin else <float>(-1.0)
+    near = sign * (begin + <float>0.25 * (top - begin))
+    away = sign * (begin + <float>0.75 * (top - begin))
+    dwelling, distant = 0.0, 0.0
+    for q in range(start, end):
+        lasted = header.at[ring_place(header, n, q + 1)] - header.at[ring_place(header, n, q)]
+        dwelling += lasted if sign * scores.at[q] < near else 0.0
+        distant += lasted if sign * scores.at[q] > away else 0.0
+    return dwelling, distant
+
+
+cdef double rest_pose_nearness(Samples* samples, Int32Rows cycles, int64_t count) noexcept nogil:
+    """Return how much nearer to the rest pose cycles begin than at their other extreme, from -1 to 1."""
+    cdef int64_t i
+    cdef double begin, far
+    cdef float near, distant
+    begin, far = 0.0, 0.0
+    for i in range(count):
+        near, distant = rest_pose_distances(samples, cycles.at[i], cycles.at[1 * cycles.columns + i])
+        begin, far = begin + near, far + distant
+    return (far - begin) / max(begin + far, 1e-9)
+
+
+cdef (float, float) rest_pose_distances(Samples* samples, int32_t start, int32_t far) noexcept nogil:
+    """Return how far from the rest pose two samples are, m over all joints."""
+    cdef float one, other
+    cdef int64_t k
+    one = other = <float>0.0
+    for k in range(COMPONENTS):
+        one += squared_float(samples.smooth.at[k * samples.smooth.columns + start] - samples.rest_pose_scores.at[k])
+        other += squared_float(samples.smooth.at[k * samples.smooth.columns + far] - samples.rest_pose_scores.at[k])
+    return (sqrtf(one), sqrtf(other))

@@ -1,0 +1,428 @@
+"""Counting: an analysis of the window every second, and what it changes of what was counted before.
+
+Each of the leading components, begun at its maxima or at its minima, proposes cycles. The proposal that covers most of
+the window with cycles that are alike wins, with a bonus for beginning where cycles were counted before. It replaces
+what was counted in the last part of the window; what is older stands.
+"""
+
+cdef enum:
+    PROPOSING = 3  # components, and of those how many smoothed, too
+    SMOOTHED_PROPOSING = 2
+cdef double OPEN_TO_CHANGE = 0.5  # of the window
+cdef double NEAR_REST_POSE = 0.4  # for beginning nearer to how the take began
+cdef double HALVES = 0.29  # how much better every second cycle agrees if cycles are halves
+cdef double BONUS = 0.34  # for beginning where cycles were counted before
+cdef double UPRIGHT = 0.6  # for beginning where limbs are straighter and upright
+cdef double RECURRING = 1.0  # for a whole posture that recurs one cycle later: halves of cycles have it less
+cdef double MOST_PREFERRED = (1.0 + BONUS) * (1.0 + NEAR_REST_POSE) * (1.0 + UPRIGHT) * (1.0 + RECURRING)
+cdef double MUCH_LESS = 0.6  # of the range of the window, which the last `RECENT` samples swing if they followed another posture
+cdef double NEAR_BOUNDARY = 0.15  # of a cycle
+cdef double OVERLAP = 0.45  # of the shorter of two cycles, by which they may overlap
+cdef double LEAST_LEAD = 0.2  # of a cycle, that is shown before the first one,
+cdef double WHOLE = 0.75  # and with what is shown after the last one makes up one more
+cdef double LEAST_GAP = 0.76  # cycles, that were missed if the movement went on
+cdef double LONGEST_GAP = 2.1
+cdef double SWING_GOES_ON = 0.54  # of a swing
+cdef enum:
+    DOUBTFUL = 5  # windows, for which unreported cycles are kept
+# CHECK tuple WIDTHS = (1, 3, 7)  # samples over which scores are smoothed: what is uneven within a cycle is not its end
+cdef double LEAST_WIDTHS = 3.0  # that a cycle lasts: of shorter ones, smoothing leaves too little
+cdef double SHARE_POWER = 0.32  # power of the share of the movement that a component has
+
+
+# ENTRY: called from Python
+cdef int64_t analyse(Bytes state, Bytes store, FloatRows _position, double time) noexcept nogil:
+    """Analyse the window as often as is due before a frame: a function as readers have it.
+
+    Args:
+        state: Bytes of what is counted: `HEADER`, `PERIODS` from `PERIODS_AT` on, the samples from `SAMPLES_AT` on.
+        store: Bytes in which an analysis works, see `store_size`.
+        time: s, of the frame; inf to analyse what there is, once.
+
+    Returns:
+        1 if that changed what is counted, else 0.
+    """
+    cdef Counting* header
+    cdef Bytes memory
+    cdef CountingScratch* scratch
+    cdef Floats room
+    cdef Samples samples
+    cdef bint changed
+    # CHECK sign (C truncates): (len(store) - ROOM_AT) // 4
+    # CHECK call of part: part(state, 0, HEADER, (1,))
+    # CHECK subscript part(state, 0, HEADER, (1,))[0]
+    # CHECK call of part: part(state, SAMPLES_AT, np.uint8, (len(state) - SAMPLES_AT,))
+    # CHECK call of part: part(store, 0, SCRATCH, (1,))
+    # CHECK subscript part(store, 0, SCRATCH, (1,))[0]
+    # CHECK call of part: part(store, ROOM_AT, np.float32, ((len(store) - ROOM_AT) // 4,))
+    # CHECK call of views: views(memory, room, header.joints)
+    # CHECK append_sample is called with several kinds of arguments
+    # CHECK call of part: part(state, PERIODS_AT, PERIODS, (1,))
+    # CHECK subscript part(state, PERIODS_AT, PERIODS, (1,))[0]
+    # CHECK copy_periods is called with several kinds of arguments
+    header = part(state, 0, HEADER, (1,))[0]
+    memory = part(state, SAMPLES_AT, np.uint8, (state.count - SAMPLES_AT))
+    scratch = part(store, 0, SCRATCH, (1,))[0]
+    room = part(store, ROOM_AT, np.float32, ((store.count - ROOM_AT) // 4))
+    samples = views(memory, room, header.joints)
+    if time == INFINITY:
+        if header.begun == 0:
+            return 0
+        append_sample(header, &samples, samples.before)
+    elif time < header.due:
+        return 0
+    changed = _analyse_once(header, &samples, scratch)
+    copy_periods(part(state, PERIODS_AT, PERIODS, (1,))[0], header)
+    return 1 if changed else 0
+
+
+cdef bint _analyse_once(Counting* header, Samples* samples, CountingScratch* scratch) noexcept nogil:
+    """Analyse the window and renew what is counted in it; return whether anything changed."""
+    cdef int64_t n, was_clear
+    cdef Winner* winner
+    cdef bint changed
+    note_analysis(header)
+    if window_size(header) < LEAST_SAMPLES:
+        return False
+    n = find_components(header, samples, scratch)
+    _choose_proposal(header, samples, n, scratch)
+    winner = &scratch.winner
+    if winner.count == 0:
+        return False
+    was_clear = header.clear
+    header.clear |= winner.clear
+    changed = _renew(header, samples, n, scratch)
+    if header.clear and not was_clear:
+        _forget_doubtful(header)
+        header.changed = 0
+        time_cycles(header, header.changed)
+        return header.cycles > 0
+    if changed:
+        time_cycles(header, header.changed)
+    return changed and header.clear == 1
+
+
+cdef void _forget_doubtful(Counting* header) noexcept nogil:
+    """Forget cycles from long before it became clear that a movement repeats."""
+    cdef int64_t first, q
+    first = 0
+    while first < header.cycles and header.cycle[first].end < header.open - DOUBTFUL * SAMPLES:
+        first += 1
+    for q in range(first, header.cycles):
+        header.cycle[q - first] = header.cycle[q]
+    header.cycles -= first
+    header.dropped = 0
+
+
+cdef void _choose_proposal(Counting* header, Samples* samples, int64_t n, CountingScratch* scratch) noexcept nogil:
+    """Set the proposal that wins, and its cycles; the smoothed scores are those in which it was found."""
+    cdef Winner* winner
+    cdef double spread, share, before
+    cdef int64_t k, width
+    # CHECK loop over WIDTHS
+    # CHECK power (_square(samples.smooth[k], n) / spread) ** SHARE_POWER: f8 ** f8
+    winner = &scratch.winner
+    winner.covered, winner.count, winner.clear = 0.0, 0, 0
+    spread = 1e-12
+    for k in range(COMPONENTS):
+        spread += _square(row_of_floats(samples.scores, k), n)
+    for width in WIDTHS:
+        smooth_scores(samples, n, width)
+        for k in range(PROPOSING if width == 1 else SMOOTHED_PROPOSING):
+            share = pow(_square(row_of_floats(samples.smooth, k), n) / spread, SHARE_POWER)
+            if n * share * MOST_PREFERRED <= winner.covered:
+                continue  # it cannot win
+            before = winner.covered
+            _propose(header, samples, (n, k, width, share), scratch)
+            if winner.covered > before:
+                winner.width = width
+    if winner.count > 0 and winner.width != WIDTHS[-1]:
+        smooth_scores(samples, n, winner.width)
+
+
+cdef void _propose(Counting* header, Samples* samples, (int64_t, int64_t, int64_t, double) what, CountingScratch* scratch) noexcept nogil:
+    """Let cycles of one component win if they cover more: with the hysteresis for the window, and for its last part.
+
+    Args:
+        header: `HEADER` record.
+        samples: `Samples`.
+        what: How many samples there are, the component, over how many it is smoothed, its share of the movement.
+        scratch: `SCRATCH` record.
+    """
+    cdef int64_t half, n, k, begin
+    cdef double _
+    cdef Floats scores
+    cdef float whole, swing
+    # CHECK numba gave _ the types float64, int64
+    n, k, _, _ = what
+    scores = row_of_floats(samples.smooth, k)
+    whole = <float>0.0
+    # One call for both: code that is read once a second takes longer to fetch than to run.
+    for half in range(2 if n > RECENT else 1):
+        begin = half * (n - RECENT)
+        swing = swing_range(part_of_floats(scores, begin, n), n - begin, scratch.counts)
+        if swing <= 0 or swing < scratch.least:
+            return
+        if half == 0:
+            whole = swing
+        elif swing > MUCH_LESS * whole:
+            return
+        _propose_turns(header, samples, what, scratch, <float>HYSTERESIS * swing)
+
+
+cdef void _propose_turns(Counting* header, Samples* samples, (int64_t, int64_t, int64_t, double) what, CountingScratch* scratch, float least) noexcept nogil:
+    """Let cycles between turning points, begun at maxima and at minima, win if they cover more.
+
+    Args:
+        header: `HEADER` record.
+        samples: `Samples`.
+        what: See `_propose`.
+        scratch: `SCRATCH` record.
+        least: Hysteresis.
+    """
+    cdef int64_t found, direction, n, k, width, count, span, way, left
+    cdef double share, covered
+    cdef Winner* winner
+    cdef Floats scores
+    cdef Int32Rows kept
+    cdef bint halves, clear
+    # CHECK loop over (1, -1)
+    n, k, width, share = what
+    winner = &scratch.winner
+    scores = row_of_floats(samples.smooth, k)
+    kept = scratch.kept
+    found = turning_points(scores, n, least, scratch.turns)
+    for direction in (1, -1):
+        count = cycles_between(scratch.turns, found, direction, n == header.open, scratch.cycles)
+        if count < 2:
+            continue
+        span = scratch.cycles[2][count - 1] - scratch.cycles[0][0]
+        if span * share * MOST_PREFERRED <= winner.covered:
+            continue  # it cannot win
+        describe_all(samples, k, scratch.cycles, count, scratch)
+        halves = alternation(scratch.cycles, count, scratch) > HALVES
+        for way in range(3 if halves else 1):  # as they are; joined from the first; from the second
+            if way == 0:
+                left = count
+                copy_cycles(scratch.cycles, count, kept)
+            else:
+                left = join_pairs(scores, scratch.cycles, count, way - 1, kept)
+                describe_all(samples, k, kept, left, scratch)
+            left, covered, clear = keep_alike(scores, kept, left, scratch.alike)
+            if left == 0 or width > 1 and duration(kept, left) < LEAST_WIDTHS * width * left:
+                continue
+            covered *= share
+            if covered * MOST_PREFERRED <= winner.covered:
+                continue  # it cannot win, and saying how preferred it is takes long
+            covered *= _preference(header, samples, n, kept, left)
+            if covered > winner.covered:
+                winner.covered, winner.count, winner.component, winner.clear = covered, left, k, <int64_t>clear
+                copy_cycles(kept, left, scratch.best)
+
+
+cdef double _preference(Counting* header, Samples* samples, int64_t n, Int32Rows cycles, int64_t count) noexcept nogil:
+    """Return the weight of a proposal: it recurs, begins where cycles began before, where limbs are straight and upright, and at home."""
+    cdef double weight
+    weight = 1.0 + BONUS * _agreeing(header, n, cycles, count)
+    weight *= 1.0 + RECURRING * recurring(samples.scores, cycles, count)
+    weight *= 1.0 + UPRIGHT * straightening(header, samples, cycles, count)
+    return weight * (1.0 + NEAR_REST_POSE * rest_pose_nearness(samples, cycles, count))
+
+
+cdef double _square(Floats row, int64_t n) noexcept nogil:
+    cdef double total
+    cdef int64_t i
+    total = 0.0
+    for i in range(n):
+        total += <double>row.at[i] * <double>row.at[i]
+    return total
+
+
+cdef double _agreeing(Counting* header, int64_t n, Int32Rows cycles, int64_t count) noexcept nogil:
+    """Return the share of proposed cycles that begin where one was counted before."""
+    cdef int64_t hits, oldest, i, q, apart
+    cdef double slack
+    if count == 0:
+        return 0.0
+    hits = 0
+    oldest = header.open - n
+    for i in range(count):
+        slack = max(2.0, NEAR_BOUNDARY * (cycles.at[2 * cycles.columns + i] - cycles.at[i]))
+        for q in range(header.cycles - 1, -1, -1):
+            apart = cycles.at[i] + oldest - header.cycle[q].start
+            if abs(apart) <= slack:
+                hits += 1
+            if apart >= -slack:
+                break
+    return <double>hits / count
+
+
+cdef bint _renew(Counting* header, Samples* samples, int64_t n, CountingScratch* scratch) noexcept nogil:
+    """Replace the counted cycles that the window shows anew; return whether anything changed."""
+    cdef int64_t oldest, middle, i, component, before, q, start, end, missed, k, limit
+    cdef double settled
+    cdef Int32Rows cycles
+    cdef Ints32 proposed
+    cdef Cycle* last, before_it, row
+    # CHECK sign (C truncates): q * (start - last) // missed; (q + 1) * (start - last) // missed; (proposed[0] + proposed[2]) // 2
+    # CHECK numba gave last the types CYCLE, int64
+    # CHECK slice cycles[:, i]
+    component = scratch.winner.component
+    cycles = scratch.best
+    proposed = scratch.missed
+    oldest = header.open - n
+    settled = header.open - OPEN_TO_CHANGE * SAMPLES
+    middle = 2 * (oldest + cycles.at[0])
+    before, header.changed = header.cycles, -1
+    while header.cycles > 0:
+        last = &header.cycle[header.cycles - 1]
+        if last.end <= settled or last.start + last.end <= middle:
+            break
+        header.cycles -= 1
+    for i in range(scratch.winner.count):
+        start, end = oldest + cycles.at[i], oldest + cycles.at[2 * cycles.columns + i]
+        last, missed = start, 0
+        if header.cycles > 0:
+            before_it = &header.cycle[header.cycles - 1]
+            last = before_it.end
+            if start < last - OVERLAP * min(end - start, last - before_it.start):
+                continue
+            missed = _missed(row_of_floats(samples.smooth, component), SLICE("cycles[:, i]"), max(last - oldest, 0))
+        for q in range(missed + 1):
+            for k in range(3):
+                proposed.at[k] = cycles.at[k * cycles.columns + i]
+            if q < missed:
+                proposed.at[0] = last - oldest + q * (start - last) // missed
+                proposed.at[2] = last - oldest + (q + 1) * (start - last) // missed
+                proposed.at[1] = (proposed.at[0] + proposed.at[2]) // 2
+            before = _counting_write(header, samples, component, proposed, oldest, before)
+            row = &header.cycle[header.cycles - 1]
+            if q < missed:  # what was not alike does not say when it is half way
+                row.out = 0.75 * row.leaves + 0.25 * row.arrives
+                row.back = 0.25 * row.leaves + 0.75 * row.arrives
+                row.straighter = row.resting = 0.0
+            else:
+                weigh(header, samples, component, proposed, row)
+        if i + 1 == scratch.winner.count or cycles.at[i + 1] > cycles.at[2 * cycles.columns + i]:
+            limit = n - 1 if i + 1 == scratch.winner.count else cycles.at[i + 1]
+            before = _counting_go_on(header, samples, (n, oldest, component, limit), proposed, before)
+    turn_chains(header)
+    if header.changed < 0 and header.cycles != before:
+        header.changed = header.cycles
+    if header.changed > 0 and header.changed < header.cycles and header.cycle[header.changed].count > 1:
+        header.changed -= 1  # its end is where this one begins
+    return header.changed >= 0
+
+
+cdef int64_t _counting_go_on(Counting* header, Samples* samples, (int64_t, int64_t, int64_t, int64_t) what, Ints32 cycle, int64_t before) noexcept nogil:
+    """Append one repetition more if what was shown before the first cycle and after the last make up one.
+
+    Cycles begin at an extreme, movements need not.
+
+    Args:
+        header: `HEADER` record.
+        samples: `Samples`.
+        what: How many samples there are, the number of the oldest, the component, the sample up to which to look.
+        cycle: (3,) start, far extreme, end of the last cycle.
+        before: How many cycles there were before the analysis.
+    """
+    cdef double lead, shown, straighter, resting, lasts
+    cdef Cycle* row
+    cdef int64_t n, oldest, component, limit, last
+    n, oldest, component, limit = what
+    lead = header.cycle[header.cycles - 1].lead
+    if lead < LEAST_LEAD:
+        return before
+    shown, last = goes_on(header, n, samples.smooth, cycle, 1, limit)
+    if lead + shown < WHOLE or last <= cycle.at[2]:
+        return before
+    row = &header.cycle[header.cycles - 1]
+    straighter, resting, lasts = row.straighter, row.resting, row.out - row.leaves
+    cycle.at[0], cycle.at[1], cycle.at[2] = cycle.at[2], last, last
+    before = _counting_write(header, samples, component, cycle, oldest, before)
+    row = &header.cycle[header.cycles - 1]
+    row.straighter, row.resting = straighter, resting
+    row.out, row.back = min(row.leaves + lasts, row.arrives), row.arrives
+    return before
+
+
+cdef int64_t _missed(Floats scores, Ints32 cycle, int64_t begin) noexcept nogil:
+    """Return how many cycles were missed between an earlier one and this: the movement went on, but not alike."""
+    cdef float low, high
+    cdef int64_t i, gap, period
+    gap, period = cycle.at[0] - begin, cycle.at[2] - cycle.at[0]
+    if gap < LEAST_GAP * period or gap > LONGEST_GAP * period:
+        return 0
+    low = high = scores.at[begin]
+    for i in range(begin, cycle.at[0]):
+        low, high = min(low, scores.at[i]), max(high, scores.at[i])
+    if high - low < <float>SWING_GOES_ON * abs(scores.at[cycle.at[1]] - scores.at[cycle.at[0]]):
+        return 0
+    return <int64_t>(<double>gap / period + 0.5)
+
+
+cdef int64_t _counting_write(Counting* header, Samples* samples, int64_t component, Ints32 cycle, int64_t oldest, int64_t before) noexcept nogil:
+    """Append a counted cycle, with its number in the bout; return how many cycles there were before the analysis."""
+    cdef int64_t place, q, start, far, end, limit, _
+    cdef Cycle* row, last
+    cdef bint same
+    if header.cycles == CYCLES:
+        for q in range(CYCLES - 1):
+            header.cycle[q] = header.cycle[q + 1]
+        header.dropped += 1
+        header.cycles -= 1
+        before -= 1
+        header.changed = max(header.changed - 1, -1 if header.changed < 0 else 0)
+    start, far, end = oldest + cycle.at[0], oldest + cycle.at[1], oldest + cycle.at[2]
+    place = header.cycles
+    header.cycles += 1
+    row = &header.cycle[place]
+    same = place < before and abs(row.start - start) <= 1 and abs(row.end - end) <= 1
+    if not same and header.changed < 0:
+        header.changed = place
+    row.start, row.far, row.end = start, far, end
+    _counting_measure(header, samples, component, cycle, header.open - oldest, row)
+    row.count, row.lead = 1, 0.0
+    if place > 0:
+        last = &header.cycle[place - 1]
+        if row.leaves - last.arrives <= LONGEST_PAUSE * (row.arrives - row.leaves) + STAMP_ROUNDING:
+            row.count, row.lead = last.count + 1, last.lead
+    if row.count == 1:
+        limit = 0 if place == 0 else max(header.cycle[place - 1].end - oldest, 0)
+        if limit < cycle.at[0]:
+            row.lead, _ = goes_on(header, header.open - oldest, samples.smooth, cycle, -1, limit)
+    return before
+
+
+cdef void _counting_measure(Counting* header, Samples* samples, int64_t component, Ints32 cycle, int64_t n, Cycle* row) noexcept nogil:
+    """Set times, amplitude and the leading joint of a cycle of which the window holds at least the end."""
+    cdef int64_t place, start, far
+    cdef float swing
+    cdef Floats scores, smooth
+    cdef int32_t end
+    # CHECK ring_place is called with several kinds of arguments
+    scores = row_of_floats(samples.scores, component)
+    smooth = row_of_floats(samples.smooth, component)
+    start, far, end = max(cycle.at[0], 0), max(cycle.at[1], 0), cycle.at[2]
+    row.leaves = header.left[ring_place(header, n, start)]
+    row.out = time_at(header, n, crossing(smooth, start, far, 0.5))
+    place = ring_place(header, n, far)
+    row.turns = 0.5 * (header.at[place] + header.left[place])
+    row.back = time_at(header, n, crossing(smooth, <int64_t>end, far, 0.5))
+    row.returning = <int64_t>(end >= n - 2)
+    row.arrives = header.at[ring_place(header, n, end)]
+    swing = abs(scores.at[far] - <float>0.5 * (scores.at[start] + scores.at[end]))
+    row.amplitude = <double>swing / sqrt(<double>header.joints)
+    row.joint = _leading_joint(header, row_of_floats(samples.axes, component))
+
+
+cdef int64_t _leading_joint(Counting* header, Floats axis) noexcept nogil:
+    """Return the joint that moves most along an axis."""
+    cdef int64_t j, leading
+    cdef float most, square
+    most, leading = <float>(-1.0), 0
+    for j in range(header.joints):
+        square = axis.at[3 * j] * axis.at[3 * j] + axis.at[3 * j + 1] * axis.at[3 * j + 1] + axis.at[3 * j + 2] * axis.at[3 * j + 2]
+        if square > most:
+            most, leading = square, j
+    return leading

@@ -1,0 +1,252 @@
+"""State of one performer's repetitions: a record of fixed size, and samples.
+
+A sample is a pose that has moved far enough from the sample before (sampling.py). Samples lie coordinate by coordinate, as
+16-bit multiples of a quantum, so that both products of a power iteration run along contiguous memory; only the root, which
+may go far, has its own path in full.
+"""
+
+cdef double RATE = 30.0  # Hz, of the frames that are looked at, at most
+cdef enum:
+    SAMPLES = 120  # kept
+    LEAST_SAMPLES = 8  # in a window that is analysed
+    RECENT = 40  # samples: what swings much less there than in the window followed another posture
+    STRIDE = 10  # samples after which the window is analysed,
+cdef double ANALYSIS_INTERVAL = 1.0  # s, at the latest, if there is a new one
+cdef enum:
+    COMPONENTS = 4  # leading ones of the posture; cycles are compared in them
+    REST_POSE_FRAMES = 15  # frames of a take of which the rest pose is the mean
+    CYCLES = 32  # remembered; more than fit into the window
+    CHAINS = 24  # at most: bones in pairs, such as upper arm and forearm, by which it is known how limbs are held
+cdef float MOST_QUANTA = 32767.0  # largest multiple of the quantum
+cdef double SMALLEST_QUANTUM = 1.0 / 8192.0  # m: reaches 4 m from the root
+cdef double LEAST_REACH = 8.0  # times the rms distance of joints from their centre, which the quantum reaches at least
+cdef enum:
+    POSTURES = 9  # that describe a cycle
+    BINS = 64  # of histograms
+    LINE = 64  # bytes; what is analysed begins with one
+    PERIODS_AT = -(-HEADER.itemsize // LINE) * LINE  # where the periods begin, after the header,
+    SAMPLES_AT = PERIODS_AT + -(-PERIODS.itemsize // LINE) * LINE  # and the samples
+    ROOM_AT = -(-SCRATCH.itemsize // LINE) * LINE
+# CHECK tuple GIVEN = ('joints', 'root', 'travels', 'least', 'chains', 'chain')  # with the skeleton, for all takes
+
+cdef struct Cycle:
+    int64_t start  # sample at which the cycle begins, counted from the start of the take
+    int64_t far  # sample of the other extreme
+    int64_t end
+    double leaves  # s since the take began, like all times: when it leaves the pose in which it begins,
+    double out  # passes half way to the other extreme,
+    double turns  # is there, in the middle of its stay,
+    double back  # passes half way back,
+    double arrives  # and arrives
+    int64_t returning  # 1 if it may be on its way back yet
+    double amplitude  # m, rms over joints, from one extreme to the other
+    int64_t count  # in its bout, from 1
+    int64_t joint  # that moves most
+    double straighter  # how much straighter and more upright limbs are where the cycle begins than at the other extreme
+    double resting  # how much more the movement dwells there and is near the rest pose, from -1 to 1
+    double lead  # share of a cycle that was shown before the first one of its bout
+    int64_t turned  # 1 if repetitions begin at the other extreme
+    double begins  # s, where the repetition begins, and
+    double ends  # where it ends, see timing.py
+    double period  # s, NaN of the first in a bout
+
+
+cdef struct Counting:
+    int64_t joints
+    int64_t root
+    int64_t travels  # 1 if the root's own path is part of the posture
+    double least  # m, rms over joints: what swings by less is not counted
+    int64_t chains  # how many there are
+    int64_t chain[24][3]  # joints: the end of one bone, what both share, the end of the other
+    int64_t begun  # 1 after the first frame of a take
+    double origin  # s, time of that frame
+    double latest  # s, time of the latest frame
+    double wanted  # s, from when on a frame is looked at
+    int64_t unseen  # coordinates that no frame of the take had
+    int64_t frames  # looked at
+    double middle  # s, time of the frame before, which is the middle one of three
+    double noise  # m², of the sensor: variance of a pose, added up over all coordinates
+    double size  # m², square of how far joints are from their centre, added up, as the take began
+    float quantum  # m, of which samples are multiples
+    float per_quantum  # 1/m
+    double step  # m², by which a pose must differ from the last sample, added up likewise
+    double wander  # m², how far the pose went from the last sample, and
+    int64_t returns  # how often it came back: small movements, of which a large step shows nothing
+    int64_t fine  # first sample since the step was last made smaller
+    int64_t open  # samples of the take
+    int64_t first  # that belongs to the window: before it there was a long rest
+    int64_t analysed  # samples at the last analysis
+    double due  # s, when the next analysis is due
+    double at[120]  # s since the take began, times of the samples, ring buffer
+    double left[120]  # s, until when the pose stayed there
+    int64_t clear  # 1 once some cycles agreed beyond doubt; nothing is reported before
+    int64_t dropped  # cycles that are no longer remembered
+    int64_t cycles  # remembered ones
+    int64_t changed  # the first remembered cycle that the last analysis changed
+    Cycle cycle[32]
+
+
+cdef struct Periods:  # what evidence reads of it: of the body's repetitions, in its row and in those of its limbs
+    double origin  # as in `HEADER`, and so are the others
+    int64_t analysed
+    int64_t clear
+    int64_t cycles
+    CountedCycle cycle[32]
+
+
+cdef struct Winner:
+    double covered
+    int64_t count
+    int64_t component
+    int64_t width
+    int64_t clear
+
+
+cdef struct CountingScratch:
+    int32_t turns[2][120]  # see `turning_points`
+    int32_t cycles[3][120]  # start, far extreme, end
+    int32_t kept[3][120]  # those that are alike
+    int32_t best[3][120]  # those of the proposal that wins so far
+    int32_t missed[3]  # one
+    float shapes[60][9][4]  # descriptions of cycles
+    float totals[60][5]  # sums of each component of them, and of all squares
+    double alike[60]  # agreement of each cycle with the next
+    int32_t counts[64]  # of a histogram
+    double least  # swing of scores; what swings by less is not counted
+    Winner winner
+
+
+cdef struct StoredSamples:  # Views of what is kept of one performer; D = 3 · joints, float32 but for the samples.
+    ShortRows ring  # (D, SAMPLES) int16, samples in quanta, joints relative to the root; each line a ring buffer
+    FloatRows root  # (3, SAMPLES) m, the root of each sample: its own path, or 0; ring buffers as `ring`
+    FloatRows axes  # (COMPONENTS, D), unit vectors
+    Floats straight  # (SAMPLES,) how straight and upright limbs are, 0 to 2, ring buffer as `ring`
+    Floats last  # (D,) m, pose of the last sample
+    Floats older  # (D,) m, pose of the frame before `before`
+    Floats before  # (D,) m, pose of the frame before
+    Floats rest_pose  # (D,) m, mean pose of the take's first `REST_POSE_FRAMES` frames
+    Floats pose  # (D,) latest known, NaN before a joint was seen
+
+
+cdef struct Samples:  # What an analysis works with: what is stored, and arrays that performers share, because they are analysed one after the other.
+    ShortRows ring  # as in `StoredSamples`
+    FloatRows root
+    FloatRows axes
+    Floats straight
+    Floats last
+    Floats older
+    Floats before
+    Floats rest_pose
+    Floats pose
+    FloatRows by_coordinate  # (D, SAMPLES), m, in the order of time
+    FloatRows scores  # (COMPONENTS, SAMPLES), in the order of time
+    FloatRows smooth  # (COMPONENTS, SAMPLES), means of neighbours of them
+    Floats rest_pose_scores  # (COMPONENTS,) of the pose `rest_pose`, as `scores`
+
+
+# NOT COMPILED IN ANY RUN: stored_views
+# def stored_views(memory, joints):
+#     """Return the parts of a performer's array as `StoredSamples`; of no joints there are none."""
+#     d = 3 * joints
+#     n = SAMPLES if joints > 0 else 0
+#     at_root = 2 * d * SAMPLES
+#     at_axes = at_root + 4 * 3 * n
+#     at_straight = at_axes + 4 * COMPONENTS * d
+#     at_poses = at_straight + 4 * n
+#     return StoredSamples(
+#         part(memory, 0, np.int16, (d, SAMPLES)),
+#         part(memory, at_root, np.float32, (3, n)),
+#         part(memory, at_axes, np.float32, (COMPONENTS, d)),
+#         part(memory, at_straight, np.float32, (n,)),
+#         part(memory, at_poses, np.float32, (d,)),
+#         part(memory, at_poses + 4 * d, np.float32, (d,)),
+#         part(memory, at_poses + 8 * d, np.float32, (d,)),
+#         part(memory, at_poses + 12 * d, np.float32, (d,)),
+#         part(memory, at_poses + 16 * d, np.float32, (d,)),
+#     )
+
+
+# NOT COMPILED IN ANY RUN: views
+# def views(memory, room, joints):
+#     """Return the parts of a performer's array and of the numbers of a store as `Samples`."""
+#     d = 3 * joints
+#     a = d * SAMPLES
+#     b = a + COMPONENTS * SAMPLES
+#     c = b + COMPONENTS * SAMPLES
+#     stored = stored_views(memory, joints)
+#     return Samples(
+#         stored.ring,
+#         stored.root,
+#         stored.axes,
+#         stored.straight,
+#         stored.last,
+#         stored.older,
+#         stored.before,
+#         stored.rest_pose,
+#         stored.pose,
+#         part(room, 0, np.float32, (d, SAMPLES)),
+#         part(room, 4 * a, np.float32, (COMPONENTS, SAMPLES)),
+#         part(room, 4 * b, np.float32, (COMPONENTS, SAMPLES)),
+#         part(room, 4 * c, np.float32, (COMPONENTS,)),
+#     )
+
+
+cdef void begin(Counting* header, StoredSamples* samples, double time) noexcept nogil:
+    """Begin a take: forget everything but the skeleton.
+
+    Args:
+        header: `HEADER` record.
+        samples: `StoredSamples`.
+        time: s, of the first frame.
+    """
+    header.begun = 1
+    header.origin = header.latest = header.wanted = time
+    header.unseen = 3 * header.joints
+    header.frames = header.open = header.clear = header.dropped = header.cycles = header.changed = 0
+    header.first = header.fine = header.returns = 0
+    header.noise = header.size = header.step = header.wander = header.middle = 0.0
+    note_analysis(header)
+    header.quantum, header.per_quantum = SMALLEST_QUANTUM, 1.0 / SMALLEST_QUANTUM
+    rows_of_floats(samples.axes, 0, samples.axes.rows) = 0.0
+    from_floats(samples.rest_pose, 0) = 0.0
+    from_floats(samples.pose, 0) = NAN
+
+
+cdef void forget_periods(Periods* periods) noexcept nogil:
+    """Forget what is counted, as a take begins."""
+    periods.clear = periods.cycles = periods.analysed = 0
+
+
+cdef void copy_periods(Periods* periods, Counting* counted) noexcept nogil:
+    """Set `PERIODS` to what is counted.
+
+    Args:
+        periods: `PERIODS` record.
+        counted: `HEADER` or `PERIODS` record.
+    """
+    cdef int64_t q
+    cdef CountedCycle* to
+    cdef Cycle* cycle
+    periods.origin, periods.analysed = counted.origin, counted.analysed
+    periods.clear, periods.cycles = counted.clear, counted.cycles
+    for q in range(counted.cycles):
+        to = &periods.cycle[q]
+        cycle = &counted.cycle[q]
+        to.begins, to.ends, to.period, to.count = cycle.begins, cycle.ends, cycle.period, cycle.count
+
+
+cdef void note_analysis(Counting* header) noexcept nogil:
+    """Note that all samples were analysed; the next one says when an analysis is due again."""
+    header.analysed = header.open
+    header.due = INFINITY
+
+
+cdef inline int64_t window_size(Counting* header) noexcept nogil:
+    """Return how many samples there are in the window."""
+    return min(header.open - header.first, SAMPLES)
+
+
+cdef inline int64_t ring_place(Counting* header, int64_t n, int64_t i) noexcept nogil:
+    """Return where in the ring the i-th of the n samples in the window is."""
+    # CHECK sign (C truncates): (header.open - n + i) % SAMPLES
+    return (header.open - n + i) % SAMPLES
