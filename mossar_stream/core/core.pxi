@@ -62,8 +62,7 @@ include "decision.pxi"
 include "row.pxi"
 include "window_step.pxi"
 include "frame_step.pxi"
-# What reads the frames besides.
-include "../moves/joints.pxi"
+# What reads the frames besides: moves, following, poses, steps (their files are added as they compile).
 # The one loop, and what Python calls.
 include "middle.pxi"
 include "station.pxi"
