@@ -48,6 +48,11 @@ cdef struct Bout:
     double end  # s
 
 
+cdef struct BoutSpan:
+    Bout* at
+    int64_t count
+
+
 cdef struct Activity:  # Whether the performer moves, as the functions below need it.
     ActivityState* state  # ACTIVITY_STATE
     BoutSpan bouts  # (bouts,) BOUT, from the oldest to the newest that has ended
@@ -146,8 +151,6 @@ cdef int64_t _fastest(Floats body) noexcept nogil:
     """Return the joint that moves fastest; -1 if there is none."""
     cdef int64_t j, best, k
     cdef double most
-    # CHECK sign (C truncates): len(body) // LINES
-    # CHECK numba gave most the types float32, float64
     best, most = -1, -INFINITY
     for j in range(body.count // LINES):
         k = place(j)

@@ -68,7 +68,7 @@ cdef void resume(Joints* joints, PoseHistory* history, DoubleRows filtered) noex
             begin_filter(body, filtered, j)
         if plan.is_filtered == 1 and body.at[k + LIVE] > 0.0 and (all_moved or body.at[k + WORK] > 0.0):
             for axis in range(3):
-                body.at[k + POSE_X + axis * PAGE] = body.at[k + X + axis * PAGE] - center[axis]
+                body.at[k + POSE_X + axis * PAGE] = body.at[k + X + axis * PAGE] - along(center, axis)
             keep_all_along(history, j)
 
 
@@ -108,7 +108,7 @@ cdef void _set_features(Floats body, int64_t k, (float, float, float) center, fl
     cdef int64_t axis
     cdef float at
     for axis in range(3):
-        at = body.at[k + X + axis * PAGE] - center[axis]
+        at = body.at[k + X + axis * PAGE] - along(center, axis)
         body.at[k + POSE_X + axis * PAGE] = at
         body.at[k + MEAN_X + axis * PAGE] = at
         body.at[k + REST_X + axis * PAGE] = at

@@ -1,13 +1,14 @@
 """The compiled core: frames in, records of events out. The files follow each other in the order of the data."""
 
 from libc.math cimport (
-    INFINITY, NAN, M_PI, acos, asin, atan2, ceil, cos, exp, expf, floor, hypot, isfinite, isnan, log, log1p, logf, nextafter, pow, rint, rintf,
+    INFINITY, NAN, M_PI, acos, asin, atan2, ceil, cos, exp, exp2, expf, floor, hypot, isfinite, isnan, log, log1p, logf, nextafter, pow, rint, rintf,
     sin, sqrt, sqrtf,
 )
 from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint8_t, uint64_t
 from libc.string cimport memcpy, memset
 
 # What everything stands on.
+include "numbers.pxi"
 include "spans.pxi"
 include "simd.pxi"
 include "plan.pxi"

@@ -2,7 +2,6 @@
 
 cdef enum:
     OLDEST_KEY = 0
-    ONE = 1
 
 
 cdef inline void set_due_time(Window* w) noexcept nogil:
@@ -73,7 +72,7 @@ cdef int64_t decide_oldest(Window* w, int64_t settled, int64_t open_slot, int64_
             w.order.at[1] = w.order.at[0]
         else:
             settled = w.order.at[0]
-        _shift(w, ONE)
+        _shift(w, 1)
         return settled
     frame, time, passed = _locate(w, open_slot, end_frame)
     _put_decided(w, OLDEST_KEY, KEY_FINAL, frame, time)
@@ -123,7 +122,6 @@ cdef inline void _decision_leave(Window* w, int64_t settled, int64_t passed, int
     cdef int64_t ended, i, following, oldest, ordinal, places, origin
     cdef WindowState* state
     cdef DoubleRows summaries
-    # CHECK sign (C truncates): ordinal % places
     state = w.state
     summaries = w.summaries
     oldest, ordinal, origin = w.keys.at[0].frame, w.keys.at[0].ordinal, w.keys.at[passed].frame

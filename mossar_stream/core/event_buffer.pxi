@@ -5,7 +5,6 @@ Record 0 counts the others. `events.py` has the records that users see; `hand_ou
 
 cdef enum:
     PATH_JOINTS = 5  # joints named as active in a segment
-    EVENT_BYTES = EVENT.itemsize
     NO_JOINT = -1  # in place of a joint; after it there is none either
     KEY_FRAME = 0
     SEGMENT = 1
@@ -28,7 +27,7 @@ cdef enum:
     SECOND_MESSAGE = 2
     UNDECIDED = 0
     DECIDED = 1
-cdef double UNKNOWN_STRENGTH = nan
+cdef double UNKNOWN_STRENGTH = NAN
 
 cdef struct Event:
     int64_t row  # whose it is, a key of the sources; in record 0 the number of records in use
@@ -48,7 +47,11 @@ cdef struct Event:
     double strength  # of a segment its similarity, of an activity `previous`; NaN for None
     double active_start  # of a segment; NaN for None
     double active_end
-    # CHECK [(f'joint{i}', 'i8') for i in range(PATH_JOINTS)]
+    int64_t joint0
+    int64_t joint1
+    int64_t joint2
+    int64_t joint3
+    int64_t joint4
 
 
 cdef struct Point:  # A key frame as a message tells of it.
@@ -60,13 +63,9 @@ cdef struct Point:  # A key frame as a message tells of it.
     double strength  # NaN where it is not known
 
 
-cdef struct Source:  # Whose the events of a row are, and where they wait until the caller gets them.
-    UNKNOWN_('unk', '?') performer
-    UNKNOWN_('unk', '?') channel  # the body, or a limb
-    UNKNOWN_('unk', '?') joints  # names
-    UNKNOWN_('unk', '?') pending  # of a limb the list of its body
-    UNKNOWN_('unk', '?') limbs  # of each joint, with the setting `limbs`
-    UNKNOWN_('unk', '?') leading  # the limb that leads, given active joints
+cdef struct EventSpan:
+    Event* at
+    int64_t count
 
 
 cdef Event* next_event(Clock* clock, EventSpan events, int64_t code) noexcept nogil:

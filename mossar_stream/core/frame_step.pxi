@@ -16,20 +16,19 @@ cdef enum:
     TAKE_ENDS = 2
     RING_FULL = 3
     ANALYSIS_DUE = 4
-    STOPS = 16  # more than there are, with those of the loop
     # In the velocity window; a clock that gives more is wrong, and frames that are too many are dropped.
     MOST_STEPS = 1 << 14
     BY_AVERAGE = 1  # in PLAN.smoothing
     BY_ONE_EURO = 2
-# CHECK tuple UNFILTERED = (np.float32(0.0), np.float32(0.0))  # weights for poses as they are
 
 cdef struct Arrays:  # A row's arrays, as frames need them.
     Joints joints
     OpenSegment segment
     PoseHistory history
     Activity activity
-    RepetitionRecords counted
-    PeriodsSpan periods  # (1,) PERIODS by which candidates are judged, or none
+    Counting* counting  # of repetitions, if they are counted here
+    StoredSamples samples  # likewise
+    Periods* periods  # by which candidates are judged, if there are any
     DoubleRows filtered  # (6, padded_joints), or none
     Doubles ring_time  # (ring,)
     Ints ring_step  # (ring,)
@@ -37,54 +36,49 @@ cdef struct Arrays:  # A row's arrays, as frames need them.
     MemoSpan memo  # (memo,) MEMO
 
 
-# ENTRY: called from Python
-cdef int64_t frame_step_advance(Bytes row, EvidenceSpan params, FloatPlanes positions, Doubles times) noexcept nogil:
-    """Take frames of one performer in until they are used up or something happens.
+cdef int64_t advance(
+    Row* state, Measure* params, float* positions, double* times, int64_t count, int64_t* used
+) noexcept nogil:
+    """Process frames of one performer until they are used up or something happens.
 
     Args:
-        row: Bytes of the performer.
-        params: One-element record array of the similarity measure.
-        positions: (n, J, 3) float32 m.
-        times: (n,) s.
+        state: The performer's.
+        params: Of the similarity measure.
+        positions: (count, J, 3) m.
+        times: (count,) s.
+        count: How many there are.
+        used: Set to how many were processed.
 
     Returns:
-        STOPS times the number of frames used, plus what the caller must do: DONE nothing, HAPPENED `update_window`,
-        TAKE_ENDS end the take before the next frame, ANALYSIS_DUE analyse the repetitions before it (`analyse` of counting.py),
-        RING_FULL make more room for displacements before it. One number, because a second one would cost as much as the
-        frame.
+        What the caller must do: DONE nothing, HAPPENED `update_window`, TAKE_ENDS end the take before the next frame,
+        ANALYSIS_DUE analyse the repetitions before it (`analyse` of counting.pxi), RING_FULL make more room for displacements
+        before it.
     """
-    cdef Row* state
-    cdef Arrays a
-    cdef PositionSpan points
+    cdef Plan* plan = &state.plan
+    cdef Clock* clock = &state.clock
+    cdef Arrays a = _arrays_of(state, params)
+    cdef PositionSpan frame
     cdef int64_t i, place
-    cdef Plan* plan
-    cdef Clock* clock
     cdef double time
     cdef bint empty
-    # CHECK call of part: part(row, 0, ROW, (1,))
-    # CHECK subscript part(row, 0, ROW, (1,))[0]
-    # CHECK call of _arrays_of: _arrays_of(state, row, params)
-    # CHECK call of part: part(positions, 0, POINT, (len(times) * plan.joints,))
-    state = part(row, 0, ROW, (1,))[0]
-    plan = &state.plan
-    clock = &state.clock
-    a = _arrays_of(state, row, params)
-    points = part(positions, 0, POINT, (times.count * plan.joints))
-    for i in range(times.count):
-        time = times.at[i]
+    frame.count = plan.joints
+    for i in range(count):
+        used[0] = i
+        time = times[i]
+        frame.at = <Position*>positions + i * plan.joints
         place = place_in_time(clock, time, plan.max_pause)
         if place == BEYOND:
-            return STOPS * i + TAKE_ENDS
+            return TAKE_ENDS
         if plan.ends_alone == 1 and place == IN_TIME and (clock.open == 0 or state.joints.present == 0):
-            empty = is_empty(part_of_position_span(points, i * plan.joints, (i + 1) * plan.joints))
+            empty = is_empty(frame)
             if empty and is_left_alone(clock, time, plan.max_pause):
-                return STOPS * i + TAKE_ENDS
+                return TAKE_ENDS
             if empty and clock.open == 0:  # a take begins with somebody
                 count_frame(clock, &state.counters)
-                count_nobody(&state.counters, part_of_position_span(points, i * plan.joints, (i + 1) * plan.joints))
+                count_nobody(&state.counters, frame)
                 continue
-        if place != IN_VAIN and _is_analysis_due(state, &a.counted, time):
-            return STOPS * i + ANALYSIS_DUE
+        if place != IN_VAIN and _is_analysis_due(state, a.counting, time):
+            return ANALYSIS_DUE
         if place != IN_VAIN and comes_too_soon(clock, time, plan.spacing):
             note_time(clock, time)
             count_frame(clock, &state.counters)
@@ -92,73 +86,53 @@ cdef int64_t frame_step_advance(Bytes row, EvidenceSpan params, FloatPlanes posi
             continue
         if place != IN_VAIN and clock.open == 1 and ring_is_full(&state.velocity, a.ring_time, time, plan.window):
             if plan.ring < MOST_STEPS:
-                return STOPS * i + RING_FULL
+                return RING_FULL
             place = IN_VAIN
         if place == IN_VAIN:
             state.counters.out_of_order += 1
             count_frame(clock, &state.counters)
             continue
-        _take_in(state, &a, part_of_position_span(points, i * plan.joints, (i + 1) * plan.joints), time)
+        _take_in(state, &a, frame, time)
         if plan.repetitions == 1:
-            take_frame(&a.counted.headers.at[0], &a.counted.samples, plane_of_floats(positions, i), time)
+            take_frame(a.counting, &a.samples, <float*>frame.at, time)
         if state.curve.found.happened != 0 or state.activity.changed != 0 or time >= state.window.due_time:
-            return STOPS * (i + 1) + HAPPENED
-    return STOPS * times.count + DONE
+            used[0] = i + 1
+            return HAPPENED
+    used[0] = count
+    return DONE
 
 
-cdef inline bint _is_analysis_due(Row* state, RepetitionRecords* counted, double time) noexcept nogil:
+cdef inline bint _is_analysis_due(Row* state, Counting* counting, double time) noexcept nogil:
     """Tell whether the repetitions must be analysed before a frame."""
     if state.plan.repetitions == 0 or state.clock.open == 0:
         return False
-    return time >= counted.headers.at[0].due
+    return time >= counting.due
 
 
-# NOT COMPILED IN ANY RUN: _arrays_of
-# def _arrays_of(state, row, params):
-#     plan, at = state.plan, state.at
-#     body = part(row, at.body, np.float32, ((at.seen - at.body) // 4,))
-#     return Arrays(
-#         Joints(
-#             plan,
-#             state.joints,
-#             state.counters,
-#             part(row, at.seen, np.float64, (plan.padded_joints,)),
-#             part(row, at.tracked, np.int32, (plan.padded_joints,)),
-#             body,
-#         ),
-#         OpenSegment(
-#             plan,
-#             state.open_segment,
-#             state.slots,
-#             params[0],
-#             part(row, at.unused, np.int64, (plan.slot_count,)),
-#             part(row, at.summaries, np.float64, (plan.slot_count, plan.slot)),
-#             body,
-#             part(row, at.pose, np.float32, (4, plan.padded_joints)),
-#         ),
-#         PoseHistory(
-#             state.history,
-#             part(row, at.marks, MARK, (plan.history_size,)),
-#             part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
-#             body,
-#         ),
-#         Activity(state.activity, part(row, at.bouts, BOUT, (plan.bouts,))),
-#         RepetitionRecords(
-#             part(row, at.counted, HEADER, (plan.repetitions,)),
-#             stored_views(part(row, at.samples, np.uint8, (plan.samples,)), plan.repetitions * plan.joints),
-#         ),
-#         part(
-#             row,
-#             at.adopted if plan.adopts == 1 else at.periods,
-#             PERIODS,
-#             (max(plan.adopts, plan.repetitions),),
-#         ),
-#         part(row, at.filtered, np.float64, (6, plan.filtered_joints)),
-#         part(row, at.ring_time, np.float64, (plan.ring,)),
-#         part(row, at.ring_step, np.int64, (plan.ring,)),
-#         part(row, at.average, np.int64, (plan.average_size,)),
-#         part(row, at.memo, MEMO, (plan.memo_size,)),
-#     )
+cdef inline Arrays _arrays_of(Row* row, Measure* params) noexcept nogil:
+    """Return where the arrays of a row lie."""
+    cdef uint8_t* begin = <uint8_t*>row
+    cdef Plan* plan = &row.plan
+    cdef Places* at = &row.at
+    cdef Arrays a
+    a.joints.plan = plan
+    a.joints.state = &row.joints
+    a.joints.counters = &row.counters
+    a.joints.seen = doubles(<double*>(begin + at.seen), plan.padded_joints)
+    a.joints.tracked = ints32(<int32_t*>(begin + at.tracked), plan.padded_joints)
+    a.joints.body = body_of(row)
+    a.segment = open_segment_of(row, params)
+    a.history = history_of(row)
+    a.activity = activity_of(row)
+    a.counting = <Counting*>(begin + at.counted)
+    a.samples = stored_samples(begin + at.samples, plan.repetitions * plan.joints)
+    a.periods = <Periods*>(begin + (at.adopted if plan.adopts == 1 else at.periods))
+    a.filtered = doubles_in_rows(<double*>(begin + at.filtered), 6, plan.filtered_joints)
+    a.ring_time = doubles(<double*>(begin + at.ring_time), plan.ring)
+    a.ring_step = ints(<int64_t*>(begin + at.ring_step), plan.ring)
+    a.average = ints(<int64_t*>(begin + at.average), plan.average_size)
+    a.memo.at, a.memo.count = <Memo*>(begin + at.memo), plan.memo_size
+    return a
 
 
 cdef inline void _take_in(Row* state, Arrays* a, PositionSpan frame, double time) noexcept nogil:
@@ -219,9 +193,9 @@ cdef void _open_take(Row* state, Arrays* a, double time) noexcept nogil:
     start_labels(&state.labels)
     activity_start_activity(&state.activity, time)
     if plan.repetitions == 1:
-        begin(&a.counted.headers.at[0], &a.counted.samples, time)
-    if a.periods.count == 1:
-        forget_periods(&a.periods.at[0])
+        begin(a.counting, &a.samples, time)
+    if plan.adopts == 1 or plan.repetitions == 1:
+        forget_periods(a.periods)
 
 
 cdef inline double _velocity(Row* state, Arrays* a, PositionSpan frame, double time, double dt, bint first) noexcept nogil:
@@ -281,13 +255,12 @@ cdef inline double _rms_displacement(Plan* plan, Floats body, double displacemen
     """
     cdef double path, squares
     cdef int64_t first
-    # CHECK call of page_of: page_of(body, first)
     path = line_sum(body, STEP)
     if path <= 0.0:
         return displacement
     squares = 0.0
-    for first in range(0, plan.padded_joints, PAGE):
-        squares += page_product(page_of(body, first), STEP, STEP)
+    for first from 0 <= first < plan.padded_joints by PAGE:
+        squares += page_product(page_of(body, first).at, STEP, STEP)
     return sqrt(squares * plan.moving_joints * displacement / path)
 
 
@@ -346,7 +319,9 @@ cdef inline void _describe(Row* state, Arrays* a, double dt, bint first) noexcep
         offset = <float>(SPEED_OFFSET * usual_speed(&state.scales))
     if state.joints.arrived == 1:
         add_newcomers(&a.joints, &a.segment, &a.history, a.filtered, logf(offset))
-    kept, moved = smoothing_weights(dt) if filtered else UNFILTERED
+    kept = moved = 0.0  # weights for poses as they are
+    if filtered:
+        kept, moved = smoothing_weights(dt)
     localise(&a.joints, kept, moved)
     squares = follow_speeds(&a.history, body, clock.time, offset)
     if plan.is_filtered == 1:

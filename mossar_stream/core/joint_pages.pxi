@@ -8,7 +8,7 @@ or is not looked at.
 """
 
 cdef enum:
-    PAGE = WIDTH  # joints
+    PAGE = 32  # joints
 cdef double FARTHEST = 100000.0  # m; a coordinate beyond this is no position
 cdef enum:
     X = 0  # m, where the joint is taken to be, in the source's space
@@ -55,33 +55,41 @@ cdef enum:
     PAGE_BYTES = 4 * PAGE_SIZE
     PADDING = 8  # joints are padded to a multiple of this, so that loops over joints vectorise
 
-cdef struct Position:
-    float x  # m; a frame is J of these
-    float y  # m; a frame is J of these
-    float z  # m; a frame is J of these
+cdef struct Position:  # m; a frame is J of these
+    float x
+    float y
+    float z
+
+
+cdef struct PositionSpan:
+    Position* at
+    int64_t count
+
+
+cdef inline PositionSpan part_of_position_span(PositionSpan span, int64_t begin, int64_t end) noexcept nogil:
+    """Return joints begin … end - 1."""
+    cdef PositionSpan found
+    found.at, found.count = span.at + begin, end - begin
+    return found
 
 
 cdef int64_t place(int64_t j) noexcept nogil:
     """Return where joint j's numbers begin."""
-    # CHECK sign (C truncates): j // PAGE; j % PAGE
     return j // PAGE * PAGE_SIZE + j % PAGE
 
 
-# NOT COMPILED IN ANY RUN: page_of
-# def page_of(body, first):
-#     """Return the page that begins with a joint."""
-#     return part(body, first // PAGE * PAGE_BYTES, np.float32, (PAGE_SIZE,))
+cdef inline Floats page_of(Floats body, int64_t first) noexcept nogil:
+    """Return the page that begins with a joint."""
+    return floats(body.at + first // PAGE * PAGE_SIZE, PAGE_SIZE)
 
 
 cdef inline double line_sum(Floats body, int64_t line) noexcept nogil:
     """Sum of a line of the body over all joints."""
     cdef double total
     cdef int64_t first
-    # CHECK sign (C truncates): len(body) // LINES
-    # CHECK call of page_of: page_of(body, first)
     total = 0.0
-    for first in range(0, body.count // LINES, PAGE):
-        total += page_sum(page_of(body, first), line)
+    for first from 0 <= first < body.count // LINES by PAGE:
+        total += page_sum(page_of(body, first).at, line)
     return total
 
 
@@ -118,8 +126,7 @@ cdef void flatten(Floats body, FloatRows pose) noexcept nogil:
     """
     cdef int64_t first, axis, begin, j
     cdef Floats line, values
-    # CHECK sign (C truncates): first // PAGE
-    for first in range(0, pose.columns, PAGE):
+    for first from 0 <= first < pose.columns by PAGE:
         for axis in range(4):
             begin = first // PAGE * PAGE_SIZE + POSE_X + axis * PAGE
             line = part_of_floats(row_of_floats(pose, axis), first, first + PAGE)

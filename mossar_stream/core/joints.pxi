@@ -100,13 +100,14 @@ cdef double _measure_distances(Joints* joints, PositionSpan frame) noexcept nogi
 
     The middle is the median of each coordinate, which a stray marker does not move.
     """
-    cdef (double, double, double) middle
+    cdef double[3] middle
     cdef int64_t j, found, count, axis
     cdef double usual, squares, off
     cdef Floats body
     body = joints.body
     count = joints.plan.joints
-    middle = (_joints_middle(joints, frame, 0), _joints_middle(joints, frame, 1), _joints_middle(joints, frame, 2))
+    for axis in range(3):
+        middle[axis] = _joints_middle(joints, frame, axis)
     for j in range(count):
         squares = 0.0
         for axis in range(3):
@@ -226,22 +227,21 @@ cdef inline bint _step_complete(Plan* plan, Floats body, PositionSpan frame, dou
     cdef Floats page
     cdef PositionSpan points
     cdef float cx, cy, cz
-    # CHECK call of page_of: page_of(body, first)
     joints = plan.joints
-    for first in range(0, joints, PAGE):
+    for first from 0 <= first < joints by PAGE:
         page = page_of(body, first)
         points = part_of_position_span(frame, first, min(first + PAGE, joints))
         for j in range(points.count):
             page.at[j + X] = points.at[j].x
             page.at[j + Y] = points.at[j].y
             page.at[j + Z] = points.at[j].z
-    for first in range(0, plan.padded_joints, PAGE):
+    for first from 0 <= first < plan.padded_joints by PAGE:
         page = page_of(body, first)
         _joints_measure(page)
         if not page_within(page.at, WORK, reach * reach):
             return False
     cx, cy, cz = _center_step(plan, body)
-    for first in range(0, plan.padded_joints, PAGE):
+    for first from 0 <= first < plan.padded_joints by PAGE:
         _displace(page_of(body, first), cx, cy, cz)
     return True
 
@@ -405,9 +405,6 @@ cdef double _partial_sum(Joints* joints, PositionSpan frame, double time, (doubl
     cdef double cx, cy, cz, x, y, z
     cdef float mark
     cdef bint back
-    # CHECK numba gave x the types float32, float64
-    # CHECK numba gave y the types float32, float64
-    # CHECK numba gave z the types float32, float64
     plan = joints.plan
     body = joints.body
     cx, cy, cz = center_step

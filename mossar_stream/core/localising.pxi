@@ -4,7 +4,6 @@ Where the sensor is noisy, the velocity is that of the filtered poses. It is nee
 set: the splitter tells on which side of a candidate the features of the frame before lie.
 """
 
-cdef float ONE = 1.0
 
 
 cdef inline void localise(Joints* joints, float kept, float moved) noexcept nogil:
@@ -19,11 +18,10 @@ cdef inline void localise(Joints* joints, float kept, float moved) noexcept nogi
     cdef int64_t first
     cdef Plan* plan
     cdef Floats body, page
-    # CHECK call of page_of: page_of(body, first)
     plan = joints.plan
     body = joints.body
     center = center_of(plan, joints.state, body)
-    for first in range(0, plan.padded_joints, PAGE):
+    for first from 0 <= first < plan.padded_joints by PAGE:
         page = page_of(body, first)
         _filter(page, center, (kept, moved), POSE_X)
         _keep_paths(page)
@@ -42,11 +40,10 @@ cdef double speed_to_come(Joints* joints, PoseHistory* history, (float, float) w
     cdef int64_t first
     cdef Plan* plan
     cdef Floats body
-    # CHECK call of page_of: page_of(body, first)
     plan = joints.plan
     body = joints.body
     center = center_of(plan, joints.state, body)
-    for first in range(0, plan.padded_joints, PAGE):
+    for first from 0 <= first < plan.padded_joints by PAGE:
         # The lines of smoothed displacements: there are none where poses are filtered.
         _filter(page_of(body, first), center, weights, SMOOTH_X)
     return measure_speeds(history, body, time, SMOOTH_X, WORK)
@@ -58,7 +55,7 @@ cdef inline void _filter(Floats page, (float, float, float) center, (float, floa
     cdef int64_t j
     cx, cy, cz = center
     kept, moved = weights
-    new = ONE - kept
+    new = <float>1.0 - kept
     for j in range(PAGE):
         live, step = new * page.at[j + LIVE], moved * page.at[j + LIVE]
         x = kept * page.at[j + POSE_X] + (page.at[j + X] - cx) * live + page.at[j + MOVED_X] * step

@@ -10,11 +10,8 @@ cdef enum:
     LOCATION_NONE = 0
     LOCATION_FREE = 1
     LOCATION_CANDIDATES = 2
-# CHECK tuple LOCATIONS = ('none', 'free', 'candidates')
 cdef enum:
-    SECOND = 1
     UNMOVED = -1
-# CHECK tuple BOTH_WAYS = (np.int64(1), np.int64(-1))  # to earlier poses, and to later ones: they are counted back from the newest
 
 
 cdef int64_t right_neighbour(Window* w) noexcept nogil:
@@ -67,7 +64,6 @@ cdef inline int64_t best_pose(Window* w, int64_t open_slot, int64_t end_frame) n
     """
     cdef int64_t unmoved, back, neighbour, limit, direction, place, there
     cdef double most, cost
-    # CHECK loop over BOTH_WAYS
     unmoved = UNMOVED
     for back in range(w.history.state.filled):
         if w.history.marks.at[place_back(&w.history, back)].frame < w.keys.at[0].frame:
@@ -76,7 +72,7 @@ cdef inline int64_t best_pose(Window* w, int64_t open_slot, int64_t end_frame) n
     neighbour = right_neighbour(w)
     limit = w.keys.at[neighbour].frame if neighbour < w.state.undecided else end_frame
     place, most = UNMOVED, -1.0
-    for direction in BOTH_WAYS:
+    for direction in range(1, -2, -2):  # to earlier poses, and to later ones: they are counted back from the newest
         there, cost = _search(w, open_slot, unmoved, direction, limit)
         if cost > most:
             place, most = there, cost
@@ -91,7 +87,7 @@ cdef inline (int64_t, double) _search(Window* w, int64_t open_slot, int64_t unmo
     cdef MarkSpan marks
     cdef double best, cost
     cdef Mark* mark
-    span(w, SECOND, right_neighbour(w), open_slot, RIGHT_OF_KEY)
+    span(w, 1, right_neighbour(w), open_slot, RIGHT_OF_KEY)
     _load_left(w)
     left = row_of_doubles(w.scratch.summaries, LEFT_OF_KEY)
     right = row_of_doubles(w.scratch.summaries, RIGHT_OF_KEY)

@@ -22,9 +22,7 @@ cdef inline void follow_mean(Floats body, int64_t line, float share) noexcept no
     """Let a mean follow the pose of the last frame, whose weight is `share`, float32."""
     cdef int64_t first, j
     cdef Floats page
-    # CHECK sign (C truncates): len(body) // LINES
-    # CHECK call of page_of: page_of(body, first)
-    for first in range(0, body.count // LINES, PAGE):
+    for first from 0 <= first < body.count // LINES by PAGE:
         page = page_of(body, first)
         for j in range(PAGE):
             page.at[j + line + X] += share * (page.at[j + POSE_X] - page.at[j + line + X])
@@ -38,10 +36,8 @@ cdef inline double squared_distance(Floats body, int64_t line) noexcept nogil:
     cdef int64_t first, j
     cdef Floats page
     cdef float u, v, w
-    # CHECK sign (C truncates): len(body) // LINES
-    # CHECK call of page_of: page_of(body, first)
     squares = 0.0
-    for first in range(0, body.count // LINES, PAGE):
+    for first from 0 <= first < body.count // LINES by PAGE:
         page = page_of(body, first)
         for j in range(PAGE):
             u = page.at[j + POSE_X] - page.at[j + line + X]

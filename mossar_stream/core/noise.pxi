@@ -154,9 +154,8 @@ cdef inline double _turned(RecentSums* recent, Floats body, int64_t padded_joint
     cdef double product, squares, scale
     cdef int64_t first
     cdef Floats page
-    # CHECK call of page_of: page_of(body, first)
     product = squares = 0.0
-    for first in range(0, padded_joints, PAGE):
+    for first from 0 <= first < padded_joints by PAGE:
         page = page_of(body, first)
         _turn(page)
         product += page_sum(page.at, WORK)
@@ -227,13 +226,11 @@ cdef double _smooth(Noise* noise, Floats body, double displacement, double share
     """Smooth the displacements, and return the path of what is left."""
     cdef double keep, take, raw, smooth
     cdef int64_t first
-    # CHECK sign (C truncates): len(body) // LINES
-    # CHECK call of page_of: page_of(body, first)
     # Smoothing begins from rest, for it is there that noise becomes known.
     keep = 1.0 - share if noise.smooth == 1 else 0.0
     noise.smooth = 1
     take = share if displacement > 0.0 else 0.0
-    for first in range(0, body.count // LINES, PAGE):
+    for first from 0 <= first < body.count // LINES by PAGE:
         _smooth_page(page_of(body, first), <float>keep, <float>take)
     raw, smooth = line_sum(body, STEP), line_sum(body, WORK)
     return smooth * displacement / raw if raw > 0.0 else smooth

@@ -7,7 +7,6 @@ Floor stay in metres and θ becomes θ · range. With `fixed` bounds (and `file`
 pass) the curve is normalised at once, as in the paper.
 """
 
-# CHECK tuple POLICIES = ('running', 'fixed', 'decay')
 cdef enum:
     RANGE_IS_FIXED = 1
     RANGE_DECAYS = 2

@@ -40,7 +40,7 @@ cdef void start_open_segment(OpenSegment* segment) noexcept nogil:
     cdef int64_t first, i
     cdef Floats sums
     state = segment.state
-    for first in range(0, segment.body.count, PAGE_SIZE):
+    for first from 0 <= first < segment.body.count by PAGE_SIZE:
         sums = part_of_floats(segment.body, first + SUM_X, first + SUM_PATH + PAGE)
         for i in range(sums.count):
             sums.at[i] = 0.0

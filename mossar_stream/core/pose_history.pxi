@@ -19,14 +19,17 @@ cdef float LOG_2 = 0.6931471824645996
 cdef enum:
     EXPONENT_SHIFT = 23  # of a float32; the bits of √½
     ROOT_HALF = 1060439283
-cdef float ONE = 1.0
-cdef float TWO = 2.0
-# CHECK tuple ODD = (np.float32(0.33333334), np.float32(0.2), np.float32(0.14285715))  # of the series of log((1 + z)/(1 - z))
+cdef float THIRD = 1.0 / 3.0, FIFTH = 1.0 / 5.0, SEVENTH = 1.0 / 7.0  # of the series of log((1 + z)/(1 - z))
 
 cdef struct Mark:
     double time  # s, number, s that the pose stands for
     int64_t frame  # s, number, s that the pose stands for
     double weight  # s, number, s that the pose stands for
+
+
+cdef struct MarkSpan:
+    Mark* at
+    int64_t count
 
 
 cdef struct History:
@@ -66,7 +69,6 @@ cdef inline double keep_pose(PoseHistory* history, Floats body, int64_t frame, d
     cdef double stood_for
     cdef History* state
     cdef MarkSpan marks
-    # CHECK sign (C truncates): first // PAGE
     state = history.state
     marks = history.marks
     state.debt += weight
@@ -77,7 +79,7 @@ cdef inline double keep_pose(PoseHistory* history, Floats body, int64_t frame, d
     marks.at[here].time = time
     marks.at[here].frame = frame
     marks.at[here].weight = state.debt
-    for first in range(0, history.poses.columns, PAGE):
+    for first from 0 <= first < history.poses.columns by PAGE:
         for axis in range(3):
             begin = first // PAGE * PAGE_SIZE + POSE_X + axis * PAGE
             _quantise(part_of_floats(body, begin, begin + PAGE), part_of_shorts(row_of_shorts(plane_of_shorts(history.poses, here), axis), first, first + PAGE))
@@ -109,10 +111,9 @@ cdef inline double follow_speeds(PoseHistory* history, Floats body, double time,
     cdef double squares
     cdef int64_t joints, first
     cdef Floats page
-    # CHECK call of page_of: page_of(body, first)
     squares = measure_speeds(history, body, time, POSE_X, LOG_SPEED)
     joints = history.poses.columns
-    for first in range(0, joints, PAGE):
+    for first from 0 <= first < joints by PAGE:
         page = page_of(body, first)
         _log_speeds(part_of_floats(page, LOG_SPEED, LOG_SPEED + min(PAGE, joints - first)), offset)
         _leave_out(page)
@@ -134,12 +135,11 @@ cdef inline double measure_speeds(PoseHistory* history, Floats body, double time
     cdef float rate
     cdef double squares
     cdef Floats page, target
-    # CHECK call of page_of: page_of(body, first)
     poses = history.poses
     past = _past_place(history, time, NEWEST)
     rate = _rate(history.marks, past, time)
     squares = 0.0
-    for first in range(0, poses.columns, PAGE):
+    for first from 0 <= first < poses.columns by PAGE:
         page = page_of(body, first)
         target = part_of_floats(page, speed, speed + min(PAGE, poses.columns - first))
         _speeds(_axes(from_floats(page, pose)), plane_of_shorts(poses, past), first, rate, target)
@@ -220,12 +220,12 @@ cdef inline void logarithm(Floats values) noexcept nogil:
     for i in range(values.count):
         bits = bits_of(values.at[i])
         # From √½ to √2, where the series needs few terms.
-        exponent = bits - ROOT_HALF >> EXPONENT_SHIFT
-        mantissa = float_of(bits - (exponent << EXPONENT_SHIFT))
-        z = (mantissa - ONE) / (mantissa + ONE)
+        exponent = (bits - ROOT_HALF) >> EXPONENT_SHIFT
+        mantissa = float_of(bits - exponent * (1 << EXPONENT_SHIFT))
+        z = (mantissa - <float>1.0) / (mantissa + <float>1.0)
         q = z * z
-        odd = ODD[0] + q * (ODD[1] + q * ODD[2])
-        values.at[i] = <float>exponent * LOG_2 + TWO * z * (ONE + q * odd)
+        odd = THIRD + q * (FIFTH + q * SEVENTH)
+        values.at[i] = <float>exponent * LOG_2 + <float>2.0 * z * (<float>1.0 + q * odd)
 
 
 cdef inline int64_t mark_at(PoseHistory* history, double time) noexcept nogil:

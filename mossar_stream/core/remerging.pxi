@@ -40,8 +40,13 @@ cdef enum:
 cdef double DEAREST_MERGE = 1e+300  # no cost is above it, and none is NaN: those of key frames that are gone are inf
 
 cdef struct Memo:
-    int64_t key  # key: the three boundaries of two segments
-    double cost  # key: the three boundaries of two segments
+    int64_t key  # the three boundaries of two segments
+    double cost
+
+
+cdef struct MemoSpan:
+    Memo* at
+    int64_t count
 
 
 cdef struct Remerging:  # What one run of Algorithm 3 works on, for K key frames.
@@ -57,25 +62,6 @@ cdef struct Remerging:  # What one run of Algorithm 3 works on, for K key frames
     Doubles strengths  # (K,) set to the strength of each key frame
     Ints removed  # (K,) set to the key frames in the order in which they are removed
     Ints labels  # (K,) on whether each ends a repetition, see repetition_labels.py
-
-
-# NOT COMPILED IN ANY RUN: prepared
-# def prepared(params, summaries, memo, scratch, nodes, both):
-#     """Return what a run needs; `places`, `bounds` and `labels` of the scratch say between which segments."""
-#     return Remerging(
-#         params,
-#         summaries,
-#         memo,
-#         scratch.places,
-#         scratch.bounds,
-#         nodes,
-#         both,
-#         scratch.links,
-#         scratch.costs,
-#         scratch.strengths,
-#         scratch.removed,
-#         scratch.labels,
-#     )
 
 
 cdef void remerge(Remerging* run, int64_t count, double tempo) noexcept nogil:

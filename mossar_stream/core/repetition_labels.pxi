@@ -39,15 +39,15 @@ cdef struct Note:
     double cost  # how unlike the end of a repetition it is
 
 
+cdef struct NoteSpan:
+    Note* at
+    int64_t count
+
+
 cdef struct RepetitionLabels:  # What is needed to label candidates, as the functions below need it.
     Labels* state  # LABELS
     NoteSpan notes  # (NOTED_CANDIDATES or NOTED_LATE,) NOTE, ring
-    PeriodsSpan periods  # (1,) PERIODS of the performer's repetitions
-
-
-cdef struct RepetitionRecords:  # The repetitions of a performer, as frames need them.
-    CountingSpan headers  # (1,) HEADER
-    StoredSamples samples
+    Periods* periods  # (1,) PERIODS of the performer's repetitions
 
 
 cdef void start_labels(Labels* state) noexcept nogil:
@@ -68,7 +68,6 @@ cdef inline void note_candidate(RepetitionLabels* labels, double time, double re
         speed: In V.
     """
     cdef Note* note
-    # CHECK sign (C truncates): labels.state.candidates % len(labels.notes)
     note = &labels.notes.at[labels.state.candidates % labels.notes.count]
     note.time = time
     note.reported = reported
@@ -79,7 +78,6 @@ cdef inline void note_candidate(RepetitionLabels* labels, double time, double re
 cdef inline double due_label(RepetitionLabels* labels, double delay) noexcept nogil:
     """Return when the next candidate must be judged, s; inf if none waits."""
     cdef Labels* state
-    # CHECK sign (C truncates): state.labelled % len(labels.notes)
     state = labels.state
     if state.labelled == state.candidates:
         return INFINITY
@@ -90,16 +88,15 @@ cdef int64_t label_candidate(RepetitionLabels* labels) noexcept nogil:
     """Return the label of the oldest candidate that has none."""
     cdef Labels* state
     cdef int64_t number, other, best
-    cdef Note* note, candidate
+    cdef Note* note, *candidate
     cdef double period, least, off, cost
-    # CHECK sign (C truncates): number % len(labels.notes); other % len(labels.notes)
     state = labels.state
     number = state.labelled
     state.labelled += 1
     if state.candidates - number > labels.notes.count:
         return UNLABELLED
     note = &labels.notes.at[number % labels.notes.count]
-    period = _period_at(&labels.periods.at[0], note.reported)
+    period = _period_at(labels.periods, note.reported)
     if not 0.0 < period <= LONGEST_PERIOD + MARGIN:
         return UNLABELLED
     best, least = number, INFINITY
@@ -107,7 +104,7 @@ cdef int64_t label_candidate(RepetitionLabels* labels) noexcept nogil:
         candidate = &labels.notes.at[other % labels.notes.count]
         if abs(candidate.reported - note.reported) > 0.5 * period + MARGIN:
             continue
-        off = _off_bound(&labels.periods.at[0], candidate.reported) / period
+        off = _off_bound(labels.periods, candidate.reported) / period
         cost = candidate.cost + OFF_BOUND * off
         if cost < least:
             best, least = other, cost

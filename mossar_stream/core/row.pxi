@@ -55,3 +55,42 @@ cdef struct Row:
     ActivityState activity
     WindowState window
     Places at
+
+
+cdef inline Floats body_of(Row* row) noexcept nogil:
+    """Return the body; see joint_pages.pxi."""
+    return floats(<float*>(<uint8_t*>row + row.at.body), (row.at.seen - row.at.body) // 4)
+
+
+cdef inline PoseHistory history_of(Row* row) noexcept nogil:
+    """Return the poses of the last seconds."""
+    cdef PoseHistory history
+    history.state = &row.history
+    history.marks.at, history.marks.count = <Mark*>(<uint8_t*>row + row.at.marks), row.plan.history_size
+    history.poses.at = <int16_t*>(<uint8_t*>row + row.at.poses)
+    history.poses.planes, history.poses.rows, history.poses.columns = row.plan.history_size, 3, row.plan.padded_joints
+    history.body = body_of(row)
+    return history
+
+
+cdef inline Activity activity_of(Row* row) noexcept nogil:
+    """Return whether the performer moves."""
+    cdef Activity activity
+    activity.state = &row.activity
+    activity.bouts.at, activity.bouts.count = <Bout*>(<uint8_t*>row + row.at.bouts), row.plan.bouts
+    return activity
+
+
+cdef inline OpenSegment open_segment_of(Row* row, Measure* params) noexcept nogil:
+    """Return what came since the last key frame."""
+    cdef uint8_t* begin = <uint8_t*>row
+    cdef OpenSegment segment
+    segment.plan = &row.plan
+    segment.state = &row.open_segment
+    segment.slots = &row.slots
+    segment.params = params
+    segment.unused = ints(<int64_t*>(begin + row.at.unused), row.plan.slot_count)
+    segment.summaries = doubles_in_rows(<double*>(begin + row.at.summaries), row.plan.slot_count, row.plan.slot)
+    segment.body = body_of(row)
+    segment.pose = floats_in_rows(<float*>(begin + row.at.pose), 4, row.plan.padded_joints)
+    return segment

@@ -1,16 +1,18 @@
-"""Layout: the records by which Python tells the loop whose frames it has, and where everything lies."""
+"""Station: the records by which Python tells the loop whose frames it has, and where everything lies."""
 
 cdef enum:
-    NO_ANALYSIS = 0  # in CHANNEL.heed
+    NO_ANALYSIS = 0  # in Channel.heed
     CHANGES = 1
     ALL_ANALYSES = 2
-    HEAD_BYTES = 56
-    STATION_BYTES = 56
-    CHANNEL_BYTES = 48
-    READER_BYTES = READER.itemsize
-    TOOLS_BYTES = TOOLS.itemsize
 
-cdef struct Station:
+# Whether a frame causes events, 0 or 1, of: state and store of a reader, with their lengths in bytes, (J, 3) positions in m,
+# the number of joints, and the time in s.
+ctypedef int64_t (*See)(
+    uint8_t* state, int64_t state_bytes, uint8_t* store, int64_t store_bytes, float* positions, int64_t joints, double time
+) noexcept nogil
+
+
+cdef struct Station:  # one performer; its channels follow, then its readers
     int64_t limbs
     int64_t readers
     int64_t phase  # whether the phase of each frame is asked for
@@ -30,7 +32,7 @@ cdef struct Channel:  # the body's, then those of the limbs
 
 
 cdef struct Reader:
-    int64_t call  # address of the function
+    int64_t call  # address of the function, a `See`
     int64_t state  # address
     int64_t state_bytes
     int64_t store  # address
@@ -48,8 +50,8 @@ cdef struct LoopHead:
 
 
 cdef struct Seat:
-    int64_t station  # address; first of its frames
-    int64_t begin  # address; first of its frames
+    int64_t station  # address
+    int64_t begin  # first of its frames
 
 
 cdef struct Tools:
@@ -59,6 +61,3 @@ cdef struct Tools:
     int64_t store_bytes
     int64_t events
     int64_t events_bytes
-
-
-

@@ -41,13 +41,11 @@ cdef inline void follow_speed(Tempo* tempo, Floats body, double dt) noexcept nog
     """
     cdef double squares
     cdef int64_t first
-    # CHECK sign (C truncates): len(body) // LINES
-    # CHECK call of page_of: page_of(body, first)
     if dt <= 0.0:
         return
     squares = 0.0
-    for first in range(0, body.count // LINES, PAGE):
-        squares += page_product(page_of(body, first), STEP, STEP)
+    for first from 0 <= first < body.count // LINES by PAGE:
+        squares += page_product(page_of(body, first).at, STEP, STEP)
     tempo.squared_speed = tempo.squared_speed * _kept(dt) + squares / dt
 
 

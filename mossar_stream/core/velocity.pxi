@@ -87,7 +87,6 @@ cdef double moving_average(Average* average, Ints values, double velocity) noexc
         velocity: m.
     """
     cdef int64_t units
-    # CHECK sign (C truncates): (average.head + 1) % len(values)
     units = <int64_t>(velocity / PATH_UNIT)
     if average.filled == values.count:
         average.sum -= values.at[average.head]

@@ -53,6 +53,11 @@ cdef struct Key:
     int64_t label  # on whether it ends a repetition, see repetition_labels.py
 
 
+cdef struct KeySpan:
+    Key* at
+    int64_t count
+
+
 cdef struct Scratch:  # Arrays to work in, shared by all performers of a plan; see remerging.py.
     DoubleRows summaries  # (W + SPARE_SUMMARIES, slot)
     FloatRows pose  # (4, padded_joints)
@@ -118,7 +123,6 @@ cdef void add_key(Window* w, int64_t slot, Point point, double time, int64_t rev
     cdef int64_t here, i
     cdef WindowState* state
     cdef Int32Rows counts
-    # CHECK sign (C truncates): state.ordinal % (w.plan.capacity + 2)
     state = w.state
     counts = w.counts
     close(w.params, row_of_doubles(w.summaries, slot))
@@ -179,7 +183,7 @@ cdef void rank(Window* w, int64_t open_slot) noexcept nogil:
     cdef Scratch* scratch
     cdef DoubleRows nodes
     cdef Doubles both
-    # CHECK call of prepared: prepared(w.params, w.summaries, w.memo, scratch, nodes, both)
+    cdef Remerging run
     state = w.state
     scratch = &w.scratch
     count = state.undecided if open_slot != NO_SLOT else state.undecided - 1
@@ -197,7 +201,11 @@ cdef void rank(Window* w, int64_t open_slot) noexcept nogil:
         label_rests(w, count)
     nodes = rows_of_doubles(scratch.summaries, NODES, scratch.summaries.rows)
     both = row_of_doubles(scratch.summaries, BOTH)
-    remerge(prepared(w.params, w.summaries, w.memo, scratch, nodes, both), count, state.pace)
+    run = Remerging(
+        w.params, w.summaries, w.memo, scratch.places, scratch.bounds, nodes, both,
+        scratch.links, scratch.costs, scratch.strengths, scratch.removed, scratch.labels,
+    )
+    remerge(&run, count, state.pace)
     for i in range(count):
         w.keys.at[i].strength = scratch.strengths.at[i]
         w.keys.at[scratch.removed.at[i]].place = i
@@ -290,7 +298,6 @@ cdef void put_segment(Window* w, int64_t start, int64_t end, int64_t status) noe
     cdef WindowState* state
     cdef Plan* plan
     cdef DoubleRows summaries
-    # CHECK sign (C truncates): start % places; (first + end) % places
     state = w.state
     plan = w.plan
     summaries = w.scratch.summaries

@@ -17,31 +17,24 @@ cdef double CLEAR = 2.0  # a strength so many times the level, or less than one 
 cdef double LOG_REST_SPEED = -2.3025851249694824  # log speed of a joint at rest
 
 
-# ENTRY: called from Python
-cdef void update_window(Bytes row, EvidenceSpan params, Bytes scratch, Bytes event_buffer, int64_t reason) noexcept nogil:
+cdef void update_window(Row* state, Measure* params, Bytes scratch, EventSpan events, int64_t reason) noexcept nogil:
     """Carry out what follows from the last frame.
 
     Args:
-        row: Bytes of the performer.
-        params: One-element record array of the similarity measure.
+        state: The performer's.
+        params: Of the similarity measure.
         scratch: Of `new_scratch`.
-        event_buffer: With room for `most_events`.
+        events: The event buffer, with room for `most_events`.
         reason: FOLLOW after a frame at which the frame step stopped, LEVEL after the level moved, END to end the
             take: RANK to close its last segment and rank all key frames, then DECIDE.
     """
-    cdef Row* state
     cdef Window w
     cdef OpenSegment segment
     cdef int64_t begin
-    # CHECK call of part: part(row, 0, ROW, (1,))
-    # CHECK subscript part(row, 0, ROW, (1,))[0]
-    # CHECK call of _window_of: _window_of(state, row, params, scratch, event_buffer)
-    # CHECK call of _open_segment_of: _open_segment_of(state, row, w)
-    state = part(row, 0, ROW, (1,))[0]
     if state.clock.open == 0:
         return
-    w = _window_of(state, row, params, scratch, event_buffer)
-    segment = _open_segment_of(state, row, &w)
+    w = _window_of(state, params, scratch, events)
+    segment = open_segment_of(state, params)
     if reason == LEVEL:
         relabel(&w)
         set_due_time(&w)
@@ -63,79 +56,57 @@ cdef void update_window(Bytes row, EvidenceSpan params, Bytes scratch, Bytes eve
             _decide_all(&w, &segment)
 
 
-# NOT COMPILED IN ANY RUN: _window_of
-# def _window_of(state, row, params, scratch, event_buffer):
-#     """Return views of a row, the scratch and the event buffer, as long as the row's plan and `new_scratch` say."""
-#     plan, at = state.plan, state.at
-#     places = plan.capacity + 2
-#     counted = 0 if plan.offline == 1 else places
-#     repetitions = at.adopted if plan.adopts == 1 else at.periods
-#     return Window(
-#         plan,
-#         state.clock,
-#         state.joints,
-#         state.window,
-#         state.tempo,
-#         state.slots,
-#         params[0],
-#         PoseHistory(
-#             state.history,
-#             part(row, at.marks, MARK, (plan.history_size,)),
-#             part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
-#             part(row, at.body, np.float32, ((at.seen - at.body) // 4,)),
-#         ),
-#         RepetitionLabels(
-#             state.labels,
-#             part(row, at.notes, NOTE, (plan.notes,)),
-#             part(row, repetitions, PERIODS, (plan.has_features,)),
-#         ),
-#         Activity(state.activity, part(row, at.bouts, BOUT, (plan.bouts,))),
-#         state.noise,
-#         part(row, at.keys, KEY, (places,)),
-#         part(row, at.order, np.int64, (places,)),
-#         part(row, at.unused, np.int64, (plan.slot_count,)),
-#         part(row, at.summaries, np.float64, (plan.slot_count, plan.slot)),
-#         part(row, at.counts, np.int32, (counted + 1, counted)),
-#         part(row, at.memo, MEMO, (plan.memo_size,)),
-#         part(event_buffer, 0, EVENT, (len(event_buffer) // EVENT_BYTES,)),
-#         _scratch_of(plan, scratch),
-#     )
+cdef inline Window _window_of(Row* row, Measure* params, Bytes scratch, EventSpan events) noexcept nogil:
+    """Return where everything lies in a row, the scratch and the event buffer, as the plan and `new_scratch` say."""
+    cdef uint8_t* begin = <uint8_t*>row
+    cdef Plan* plan = &row.plan
+    cdef Places* at = &row.at
+    cdef int64_t places = plan.capacity + 2
+    cdef int64_t counted = 0 if plan.offline == 1 else places
+    cdef Window w
+    w.plan = plan
+    w.clock = &row.clock
+    w.joints = &row.joints
+    w.state = &row.window
+    w.tempo = &row.tempo
+    w.slots = &row.slots
+    w.params = params
+    w.history = history_of(row)
+    w.labels.state = &row.labels
+    w.labels.notes.at, w.labels.notes.count = <Note*>(begin + at.notes), plan.notes
+    w.labels.periods = <Periods*>(begin + (at.adopted if plan.adopts == 1 else at.periods))
+    w.activity = activity_of(row)
+    w.noise = &row.noise
+    w.keys.at, w.keys.count = <Key*>(begin + at.keys), places
+    w.order = ints(<int64_t*>(begin + at.order), places)
+    w.unused = ints(<int64_t*>(begin + at.unused), plan.slot_count)
+    w.summaries = doubles_in_rows(<double*>(begin + at.summaries), plan.slot_count, plan.slot)
+    w.counts = ints32_in_rows(<int32_t*>(begin + at.counts), counted + 1, counted)
+    w.memo.at, w.memo.count = <Memo*>(begin + at.memo), plan.memo_size
+    w.events = events
+    w.scratch = _scratch_of(plan, scratch)
+    return w
 
 
-# NOT COMPILED IN ANY RUN: _scratch_of
-# def _scratch_of(plan, scratch):
-#     rows, long = plan.capacity + SPARE_SUMMARIES, plan.capacity + 4
-#     at_pose = 8 * rows * plan.slot
-#     at_integers = at_pose + 16 * plan.padded_joints
-#     integers = part(scratch, at_integers, np.int64, (10, long))
-#     numbers = part(scratch, at_integers + 8 * integers.size, np.float64, (2, long))
-#     return Scratch(
-#         part(scratch, 0, np.float64, (rows, plan.slot)),
-#         part(scratch, at_pose, np.float32, (4, plan.padded_joints)),
-#         integers[0],
-#         integers[1],
-#         integers[2],
-#         integers[3],
-#         integers[4],
-#         integers[5:],
-#         numbers[0],
-#         numbers[1],
-#     )
-
-
-# NOT COMPILED IN ANY RUN: _open_segment_of
-# def _open_segment_of(state, row, w):
-#     plan, at = state.plan, state.at
-#     return OpenSegment(
-#         plan,
-#         state.open_segment,
-#         w.slots,
-#         w.params,
-#         w.unused,
-#         w.summaries,
-#         w.history.body,
-#         part(row, at.pose, np.float32, (4, plan.padded_joints)),
-#     )
+cdef inline Scratch _scratch_of(Plan* plan, Bytes memory) noexcept nogil:
+    """Return where the arrays to work in lie in the bytes of `new_scratch`."""
+    cdef int64_t rows = plan.capacity + SPARE_SUMMARIES
+    cdef int64_t places = plan.capacity + 4
+    cdef float* pose = <float*>(memory.at + 8 * rows * plan.slot)
+    cdef int64_t* integers = <int64_t*>(pose + 4 * plan.padded_joints)
+    cdef double* numbers = <double*>(integers + 10 * places)
+    cdef Scratch scratch
+    scratch.summaries = doubles_in_rows(<double*>memory.at, rows, plan.slot)
+    scratch.pose = floats_in_rows(pose, 4, plan.padded_joints)
+    scratch.places = ints(integers, places)
+    scratch.bounds = ints(integers + places, places)
+    scratch.removed = ints(integers + 2 * places, places)
+    scratch.active = ints(integers + 3 * places, places)
+    scratch.labels = ints(integers + 4 * places, places)
+    scratch.links = ints_in_rows(integers + 5 * places, 5, places)
+    scratch.costs = doubles(numbers, places)
+    scratch.strengths = doubles(numbers + places, places)
+    return scratch
 
 
 cdef inline void _say_what_was_found(Window* w, OpenSegment* segment, Row* state) noexcept nogil:
@@ -233,7 +204,7 @@ cdef inline void _decide_what_is_due(Window* w, OpenSegment* segment, Curve* cur
         if not clear:
             rank(w, open_slot)
             relabel(w)
-        report_kept(w, ONE)
+        report_kept(w, 1)
         segment.state.settled = decide_oldest(w, segment.state.settled, open_slot, end_frame)
         w.state.ranked = 0
     if open_slot != NO_SLOT:
@@ -329,7 +300,6 @@ cdef inline void _put_last_segment(Window* w, int64_t settled) noexcept nogil:
     cdef WindowState* state
     cdef Clock* clock
     cdef DoubleRows summaries
-    # CHECK sign (C truncates): (state.ordinal - 1) % places
     state = w.state
     clock = w.clock
     summaries = w.scratch.summaries
