@@ -34,7 +34,7 @@ cdef struct Room:  # what performers share, because they are worked on one after
     EventSpan events
 
 
-cdef int64_t run(LoopHead* head, Seat* seats, Room* room, Frames* frames) noexcept nogil:
+cdef int64_t run_loop(LoopHead* head, Seat* seats, Room* room, Frames* frames) noexcept nogil:
     """Process frames until they are used up or the caller must do something.
 
     Args:
@@ -170,7 +170,7 @@ cdef int64_t _step(
     if was_open == 0 and clock.open == 1 and channel.first < 0:
         put_start(clock, room.events)
     if stop == HAPPENED:
-        update_window(row, measure, room.scratch, room.events, FOLLOW)
+        step_window(row, measure, room.scratch, room.events, FOLLOW)
         stop = DONE
     return stop
 

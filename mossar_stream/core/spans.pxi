@@ -317,7 +317,7 @@ cdef inline ShortRows plane_of_shorts(ShortPlanes planes, int64_t i) noexcept no
     return shorts_in_rows(planes.at + i * planes.rows * planes.columns, planes.rows, planes.columns)
 
 
-cdef inline Bytes bytes(uint8_t* at, int64_t count) noexcept nogil:
+cdef inline Bytes bytes_(uint8_t* at, int64_t count) noexcept nogil:
     """Return so many numbers from an address on."""
     cdef Bytes found
     found.at, found.count = at, count
@@ -327,12 +327,12 @@ cdef inline Bytes bytes(uint8_t* at, int64_t count) noexcept nogil:
 cdef inline Bytes part_of_bytes(Bytes span, int64_t begin, int64_t end) noexcept nogil:
     """Return numbers begin … end - 1, as far as there are any."""
     end = min(end, span.count)
-    return bytes(span.at + begin, max(end - begin, 0))
+    return bytes_(span.at + begin, max(end - begin, 0))
 
 
 cdef inline Bytes from_bytes(Bytes span, int64_t begin) noexcept nogil:
     """Return all numbers from `begin` on."""
-    return bytes(span.at + begin, max(span.count - begin, 0))
+    return bytes_(span.at + begin, max(span.count - begin, 0))
 
 
 cdef inline ByteRows bytes_in_rows(uint8_t* at, int64_t rows, int64_t columns) noexcept nogil:
@@ -344,7 +344,7 @@ cdef inline ByteRows bytes_in_rows(uint8_t* at, int64_t rows, int64_t columns) n
 
 cdef inline Bytes row_of_bytes(ByteRows rows, int64_t i) noexcept nogil:
     """Return row i."""
-    return bytes(rows.at + i * rows.columns, rows.columns)
+    return bytes_(rows.at + i * rows.columns, rows.columns)
 
 
 cdef inline ByteRows rows_of_bytes(ByteRows rows, int64_t begin, int64_t end) noexcept nogil:

@@ -17,7 +17,7 @@ cdef double CLEAR = 2.0  # a strength so many times the level, or less than one 
 cdef double LOG_REST_SPEED = -2.3025851249694824  # log speed of a joint at rest
 
 
-cdef void update_window(Row* state, Measure* params, Bytes scratch, EventSpan events, int64_t reason) noexcept nogil:
+cdef void step_window(Row* state, Measure* params, Bytes scratch, EventSpan events, int64_t reason) noexcept nogil:
     """Carry out what follows from the last frame.
 
     Args:

@@ -1,0 +1,105 @@
+"""Face: what Python calls, and what it knows of records and constants. The only file here that works on Python objects."""
+
+import numpy as np
+
+
+def run(cnp.ndarray desk, cnp.ndarray tools, cnp.ndarray measures, cnp.ndarray positions, cnp.ndarray times):
+    """Process frames until they are used up or the caller must do something; see `run_loop`.
+
+    Args:
+        desk: Bytes: LoopHead, then a Seat for each performer.
+        tools: Bytes: Tools, then scratch, what analyses of repetitions need, events.
+        measures: (1 + L,) MEASURE, of body and limbs.
+        positions: (n, J, 3) float32 m.
+        times: (n,) float64 s.
+
+    Returns:
+        DONE, SAID, or what must be done.
+    """
+    cdef LoopHead* head = <LoopHead*>cnp.PyArray_DATA(desk)
+    cdef Room room = _room_of(<uint8_t*>cnp.PyArray_DATA(tools), <Measure*>cnp.PyArray_DATA(measures))
+    cdef Frames frames
+    cdef int64_t stop
+    frames.positions = <float*>cnp.PyArray_DATA(positions)
+    frames.times = <double*>cnp.PyArray_DATA(times)
+    frames.count = cnp.PyArray_DIM(times, 0)
+    frames.joints = cnp.PyArray_DIM(positions, 1)
+    with nogil:
+        stop = run_loop(head, <Seat*>(head + 1), &room, &frames)
+    return stop
+
+
+def update_window(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray tools, int64_t reason):
+    """Carry out what follows from the last frame; see `step_window`.
+
+    Args:
+        row: Bytes of the performer.
+        measure: (1,) MEASURE.
+        tools: As for `run`.
+        reason: LEVEL, END, RANK or DECIDE.
+    """
+    cdef Room room = _room_of(<uint8_t*>cnp.PyArray_DATA(tools), <Measure*>cnp.PyArray_DATA(measure))
+    cdef Row* performer = <Row*>cnp.PyArray_DATA(row)
+    with nogil:
+        step_window(performer, room.measures, room.scratch, room.events, reason)
+
+
+def set_middle(cnp.ndarray row, cnp.ndarray middle):
+    """Set the middle of the joints of the frame that a body processed last; see `put_middle`.
+
+    Args:
+        row: Bytes of the performer.
+        middle: (3,) float32 m, set.
+    """
+    put_middle(<Row*>cnp.PyArray_DATA(row), <float*>cnp.PyArray_DATA(middle))
+
+
+cdef Room _room_of(uint8_t* tools, Measure* measures) noexcept nogil:
+    cdef Tools* own = <Tools*>tools
+    cdef Room room
+    room.measures = measures
+    room.scratch = bytes_(tools + own.scratch, own.scratch_bytes)
+    room.store = bytes_(tools + own.store, own.store_bytes)
+    room.events.at = <Event*>(tools + own.events)
+    room.events.count = own.events_bytes // <int64_t>sizeof(Event)
+    return room
+
+
+cdef dict _records():
+    """Return the numpy type of each record, as the compiler laid it out."""
+    cdef Plan plan
+    cdef Places places
+    cdef Row row
+    cdef Clock clock
+    cdef Key key
+    cdef Mark mark
+    cdef Memo memo
+    cdef Bout bout
+    cdef Note note
+    cdef Event event
+    cdef Station station
+    cdef Channel channel
+    cdef Reader reader
+    cdef LoopHead head
+    cdef Seat seat
+    cdef Tools tools
+    return {
+        "Plan": np.asarray(<Plan[:1]>&plan).dtype,
+        "Row": np.asarray(<Row[:1]>&row).dtype,
+        "Clock": np.asarray(<Clock[:1]>&clock).dtype,
+        "Key": np.asarray(<Key[:1]>&key).dtype,
+        "Mark": np.asarray(<Mark[:1]>&mark).dtype,
+        "Memo": np.asarray(<Memo[:1]>&memo).dtype,
+        "Bout": np.asarray(<Bout[:1]>&bout).dtype,
+        "Note": np.asarray(<Note[:1]>&note).dtype,
+        "Event": np.asarray(<Event[:1]>&event).dtype,
+        "Station": np.asarray(<Station[:1]>&station).dtype,
+        "Channel": np.asarray(<Channel[:1]>&channel).dtype,
+        "Reader": np.asarray(<Reader[:1]>&reader).dtype,
+        "LoopHead": np.asarray(<LoopHead[:1]>&head).dtype,
+        "Seat": np.asarray(<Seat[:1]>&seat).dtype,
+        "Tools": np.asarray(<Tools[:1]>&tools).dtype,
+    }
+
+
+RECORDS = _records()
