@@ -14,12 +14,12 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.engine import engine
-from mossar_stream.engine.buffers import IN_USE, Buffers
-from mossar_stream.engine.intake import FLOAT32, given_positions, less_origin
-from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import Pools, Row, new_row
-from mossar_stream.engine.station import Desk
+from mossar_stream.core import engine
+from mossar_stream.core.buffers import IN_USE, Buffers
+from mossar_stream.core.intake import FLOAT32, given_positions, less_origin
+from mossar_stream.core.plan import Plan
+from mossar_stream.core.pool import Pools, Row, new_row
+from mossar_stream.core.station import Desk
 from mossar_stream.errors import FrameError, SettingsError, SnapshotError
 from mossar_stream.events import BODY, Event
 from mossar_stream.following.alignment import Alignment, Follow, alignment_of, checked_follow

@@ -1,7 +1,7 @@
 """Readers: what follows the frames of a performer besides the segmentation of body and limbs.
 
 A reader is a compiled function with two arrays of bytes: its state of one performer, and a store that performers may share.
-The loop (engine/run.py) calls it with each frame of the body, after body and limbs, once the frame is due. If the frame causes
+The loop (core/run.pxi) calls it with each frame of the body, after body and limbs, once the frame is due. If the frame causes
 events, the loop stops, and the engine asks the reader in Python for its events.
 
 A further reader is one module like `moves/recognition.py` or `steps/stepping.py`, and one row of the table in
@@ -11,24 +11,15 @@ A further reader is one module like `moves/recognition.py` or `steps/stepping.py
 from typing import Any, Protocol
 
 import numpy as np
-from numba import float32, float64, int64, uint8
 from numpy.typing import NDArray
 
 from mossar_stream.events import Event
-from mossar_stream.jit.linked import address_of
-from mossar_stream.jit.linked_calls import callable_at_address
-
-# Whether a frame causes events, 0 or 1, of: state, store, (J, 3) positions in m, and the time in s.
-SIGNATURE = int64(uint8[::1], uint8[::1], float32[:, ::1], float64)
-call_reader = callable_at_address(SIGNATURE)
-BACK = 0.5  # s; a frame that is due later by no more than this is not shown to the reader
-
 
 class Reader(Protocol):
     """What the engine needs of a reader.
 
     Attributes:
-        address: Of the compiled function; see `address_of_reader`.
+        address: Of the compiled function, a `See` of core/station.pxi.
         state: Bytes, never moved. The first eight are a float64, `due`: a frame from `due - BACK` until before `due`, s, brings
             nothing; -inf to see every frame.
         store: Bytes that the function needs besides; never moved, empty if there is nothing.
@@ -57,8 +48,3 @@ class Reader(Protocol):
 
     def to_bytes(self) -> bytes:
         """Return the state and what was reported, for a snapshot."""
-
-
-def address_of_reader(kernel: Any) -> int:
-    """Return the address of a compiled function of a reader: compile it, or load it from the cache."""
-    return address_of(kernel, SIGNATURE)

@@ -19,7 +19,6 @@ cdef struct Station:  # one performer; its channels follow, then its readers
     int64_t joints  # of all limbs together
     int64_t order  # where they begin, bytes: which joint of the performer each is, negative for the middle,
     int64_t frame  # and where each is in the frame that the body processed last, m
-    int64_t analyse  # address of the function that analyses repetitions
 
 
 cdef struct Channel:  # the body's, then those of the limbs

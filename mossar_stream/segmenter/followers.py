@@ -6,10 +6,10 @@ Limbs have rows of their own; moves, moves that are followed, held poses, and st
 
 from collections.abc import Mapping
 
-from mossar_stream.engine import engine
-from mossar_stream.engine.pool import Row
-from mossar_stream.engine.snapshot import Following, Numbers
-from mossar_stream.engine.station import Desk, Station
+from mossar_stream.core import engine
+from mossar_stream.core.pool import Row
+from mossar_stream.core.snapshot import Following, Numbers
+from mossar_stream.core.station import Desk, Station
 from mossar_stream.events import BODY, Event
 from mossar_stream.following.alignment import Alignment, Follow
 from mossar_stream.moves.groups import groups_of

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Mapping
 
-from mossar_stream.algorithm.clock import COUNTERS
-from mossar_stream.engine import engine
-from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import Row, restored_row
-from mossar_stream.engine.snapshot import Following, pack_snapshot, unpack_snapshot
+from mossar_stream.core.kernels import RECORDS
+from mossar_stream.core import engine
+from mossar_stream.core.curve_state import CurveState, curve_state
+from mossar_stream.core.plan import Plan
+from mossar_stream.core.pool import Row, restored_row
+from mossar_stream.core.snapshot import Following, pack_snapshot, unpack_snapshot
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import BODY, Event
 from mossar_stream.moves.groups import groups_of
@@ -188,5 +188,5 @@ def carry_on(row: Row, counts: Mapping[str, int]) -> None:
     """Number takes and count frames of a row on from the counts of another."""
     row.clock["take"] = counts["take"]
     row.note_end()
-    for name in COUNTERS.names or ():
+    for name in RECORDS["Counters"].names or ():
         row.state["counters"][name] = counts.get(name, 0)

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mossar_stream.engine import engine
-from mossar_stream.engine.buffers import Buffers
-from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.intake import FLOAT32, NUMBERS, checked, has_said_size, subtract
-from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import Row, new_row, restored_row
-from mossar_stream.engine.snapshot import pack_snapshot, restored_following, unpack_snapshot
-from mossar_stream.engine.station import Station
+from mossar_stream.core import engine
+from mossar_stream.core.buffers import Buffers
+from mossar_stream.core.curve_state import CurveState, curve_state
+from mossar_stream.core.intake import FLOAT32, NUMBERS, checked, has_said_size, subtract
+from mossar_stream.core.plan import Plan
+from mossar_stream.core.pool import Row, new_row, restored_row
+from mossar_stream.core.snapshot import pack_snapshot, restored_following, unpack_snapshot
+from mossar_stream.core.station import Station
 from mossar_stream.events import Event
 from mossar_stream.following.alignment import Alignment, Follow, FollowState, alignment_of, checked_follow
 from mossar_stream.frames import Frames, constant_times, performer_name

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.engine import engine
-from mossar_stream.engine.intake import Single, less_origin, place_of
-from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import Row
-from mossar_stream.engine.snapshot import Following
-from mossar_stream.engine.station import Desk
+from mossar_stream.core import engine
+from mossar_stream.core.intake import Single, less_origin, place_of
+from mossar_stream.core.plan import Plan
+from mossar_stream.core.pool import Row
+from mossar_stream.core.snapshot import Following
+from mossar_stream.core.station import Desk
 from mossar_stream.following.alignment import Alignment, Follow
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.recognition import Recognition

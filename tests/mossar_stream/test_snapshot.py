@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from mossar_stream import Segmenter, Settings, SnapshotError
 from mossar_stream.algorithm.pose_history import MARK
 from mossar_stream.algorithm.remerging import MEMO
-from mossar_stream.algorithm.row import REGIONS, ROW, records, region
+from mossar_stream.core.row import REGIONS, ROW, records, region
 from mossar_stream.algorithm.window import KEY
-from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.snapshot import HEADER_BYTES, MAGIC, SNAPSHOT_VERSION
+from mossar_stream.core.plan import Plan
+from mossar_stream.core.snapshot import HEADER_BYTES, MAGIC, SNAPSHOT_VERSION
 from mossar_stream.memory import joint_pages as body_lines
 from mossar_stream.moves.recogniser import RECOGNITION_STATE
 from mossar_stream.repetitions.state import HEADER, PERIODS

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mossar_stream.algorithm.row import CACHE_LINE, new_memory
+from mossar_stream.core.row import CACHE_LINE, new_memory
 
 
 @pytest.mark.parametrize("count", [1, 3, 64])

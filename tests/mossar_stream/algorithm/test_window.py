@@ -10,7 +10,7 @@ from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from mossar_stream import Segmenter, Settings, segment_recording
-from mossar_stream.algorithm.row import region
+from mossar_stream.core.row import region
 
 NEXT = {  # status: what may follow it
     None: {"candidate", "confirmed"},

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mossar_stream import Performers, Segmenter, Settings
-from mossar_stream.engine import plan
+from mossar_stream.core import plan
 
 SETTINGS = {
     "remerge_window": 20,

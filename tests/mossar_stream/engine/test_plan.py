@@ -7,7 +7,7 @@ import pytest
 
 from mossar_adapters.demo import SKELETON
 from mossar_stream import Settings, Skeleton
-from mossar_stream.engine.plan import Plan
+from mossar_stream.core.plan import Plan
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.recogniser import memory_bytes, store_bytes
 from mossar_stream.segmenter.limbs import settings_of_limbs

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from mossar_stream import Segmenter, Settings
-from mossar_stream.algorithm.row import CACHE_LINE, new_memory
-from mossar_stream.engine.buffers import Buffers
+from mossar_stream.core.row import CACHE_LINE, new_memory
+from mossar_stream.core.buffers import Buffers
 from mossar_stream.engine.layout import TOOLS, TOOLS_BYTES
-from mossar_stream.engine.plan import Plan, new_scratch
-from mossar_stream.engine.pool import Pool
+from mossar_stream.core.plan import Plan, new_scratch
+from mossar_stream.core.pool import Pool
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.jit.views import at_address, part
 

@@ -22,7 +22,7 @@ from mossar_stream import (
     segment_recording,
     to_json,
 )
-from mossar_stream.algorithm.row import region
+from mossar_stream.core.row import region
 from mossar_stream.frames import Frames
 from mossar_stream.moves.groups import MEAN, groups_of, leading_limb, positions_of
 from mossar_stream.segmenter.limbs import settings_of_limbs

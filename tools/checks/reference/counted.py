@@ -4,11 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.window_step import RANK
-from mossar_stream.engine import engine
-from mossar_stream.engine.buffers import Buffers
-from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import new_row
-from mossar_stream.engine.station import desk_of
+from mossar_stream.core import engine
+from mossar_stream.core.buffers import Buffers
+from mossar_stream.core.plan import Plan
+from mossar_stream.core.pool import new_row
+from mossar_stream.core.station import desk_of
 from mossar_stream.frames import constant_times
 from mossar_stream.settings import Settings
 from mossar_stream.skeleton import Skeleton

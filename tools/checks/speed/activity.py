@@ -23,7 +23,7 @@ from mossar_stream.algorithm.activity import (
 )
 from mossar_stream.algorithm.noise import ends_stillness
 from mossar_stream.algorithm.pose_history import SPEED_WINDOW
-from mossar_stream.algorithm.row import ROW, ROW_BYTES
+from mossar_stream.core.row import ROW, ROW_BYTES
 from mossar_stream.jit.decorators import entry_point
 from mossar_tools.bench.measurement import Measurement, Target, Timing, duration, timed
 from mossar_tools.bench.motion import Chunk, Motion

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from mossar_stream import Settings
 from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
 from mossar_stream.algorithm.normalisation import normalise
-from mossar_stream.algorithm.row import ROW, ROW_BYTES
+from mossar_stream.core.row import ROW, ROW_BYTES
 from mossar_stream.algorithm.splitter import ACCEPTED, CROSSED, follow_curve, forget_candidate, start_curve
 from mossar_stream.algorithm.velocity import travel
-from mossar_stream.engine.plan import Plan
+from mossar_stream.core.plan import Plan
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.memory.joint_pages import POINT
 from mossar_tools.bench.measurement import Measurement, Timing, rate, timed

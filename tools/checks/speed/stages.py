@@ -12,9 +12,9 @@ from checks.speed.splitting import SIZE, SPLITTING, VELOCITY, runs_of_splitting
 from mossar_stream import Settings
 from mossar_stream.algorithm.frame_step import ANALYSIS_DUE, HAPPENED, STOPS, advance
 from mossar_stream.algorithm.window_step import FOLLOW, update_window
-from mossar_stream.engine.buffers import Buffers
-from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import new_row
+from mossar_stream.core.buffers import Buffers
+from mossar_stream.core.plan import Plan
+from mossar_stream.core.pool import new_row
 from mossar_stream.repetitions.counting import analyse
 from mossar_tools.bench.measurement import Measurement, Timing, duration, timed
 from mossar_tools.bench.motion import Chunk, Motion

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.engine.pool import Row
+from mossar_stream.core.kernels import FARTHEST
+from mossar_stream.core.pool import Row
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import constant_times, plain_array
-from mossar_stream.memory.joint_pages import FARTHEST
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 NUMBERS = (float, int, np.floating, np.integer)  # what a time may be

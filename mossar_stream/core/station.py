@@ -11,26 +11,16 @@ from weakref import WeakValueDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.row import new_memory
-from mossar_stream.engine.layout import (
-    ALL_ANALYSES,
-    CHANGES,
-    CHANNEL,
-    CHANNEL_BYTES,
-    HEAD,
-    HEAD_BYTES,
-    NO_ANALYSIS,
-    READER,
-    READER_BYTES,
-    SEAT,
-    STATION,
-    STATION_BYTES,
-)
-from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import Row
-from mossar_stream.readers import Reader, address_of_reader
-from mossar_stream.repetitions.counting import analyse
+from mossar_stream.core.row import new_memory
+from mossar_stream.core.kernels import ALL_ANALYSES, CHANGES, NO_ANALYSIS, RECORDS
+from mossar_stream.core.plan import Plan
+from mossar_stream.core.pool import Row
+from mossar_stream.readers import Reader
 
+STATION, CHANNEL, READER = RECORDS["Station"], RECORDS["Channel"], RECORDS["Reader"]
+HEAD, SEAT = RECORDS["LoopHead"], RECORDS["Seat"]
+STATION_BYTES, CHANNEL_BYTES, READER_BYTES = STATION.itemsize, CHANNEL.itemsize, READER.itemsize
+HEAD_BYTES = HEAD.itemsize
 KNOWN = 64  # sets of plans whose parameters are remembered
 
 
@@ -71,8 +61,7 @@ class Station:
         self._channels["first"] = [-1, *ends[:-1]]
         self._channels["joints"][1:] = np.diff(ends)
         self._head = self._bytes[:STATION_BYTES].view(STATION)
-        # Without repetitions nothing analyses them.
-        self._head[0] = len(rows) - 1, len(readers), phase, len(order), order_at, frame_at, 0
+        self._head[0] = len(rows) - 1, len(readers), phase, len(order), order_at, frame_at
         self.params = _params_of(tuple(row.plan for row in rows))
         self.refresh()
 
@@ -95,8 +84,6 @@ class Station:
             place["store"], place["store_bytes"] = store.ctypes.data, len(store)
         # Addresses keep nothing alive.
         self._kept = [*(row.memory for row in self.rows), *((one.state, one.store) for one in self.readers)]
-        if any(len(row.counting) for row in self.rows):
-            self._head["analyse"] = address_of_reader(analyse)
 
     @property
     def body(self) -> Row:
@@ -149,7 +136,7 @@ _same: WeakValueDictionary[tuple[object, bytes], NDArray[np.void]] = WeakValueDi
 @lru_cache(KNOWN)
 def _params_of(plans: tuple[Plan, ...]) -> NDArray[np.void]:
     """Return the parameters of body and limbs: the same array for the same numbers, as stations of one desk have it."""
-    params = np.empty(len(plans), plans[0].params.dtype)  # the very dtype, by which numba knows it quickest
+    params = np.empty(len(plans), plans[0].params.dtype)
     for place, plan in enumerate(plans):
         params[place] = plan.params[0]
     return _same.setdefault((params.dtype, params.tobytes()), params)

@@ -1,14 +1,10 @@
-"""Event buffer: through it compiled code hands events out.
-
-Record 0 counts the others. `events.py` has the records that users see; `hand_out` makes them.
-"""
+"""Out: records of the event buffer (event_buffer.pxi) become events, the ones that users see."""
 
 import struct
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-import numpy as np
-
+from mossar_stream.core.kernels import NO_JOINT, RECORDS
 from mossar_stream.events import (
     BODY,
     KEY_FRAME_KINDS,
@@ -22,55 +18,11 @@ from mossar_stream.events import (
     SegmentEvent,
     StreamEvent,
 )
-from mossar_stream.jit.decorators import inline_kernel, kernel
 
-PATH_JOINTS = 5  # joints named as active in a segment
-EVENT = np.dtype(
-    [
-        ("row", "i8"),  # whose it is, a key of the sources; in record 0 the number of records in use
-        ("code", "i8"),  # KEY_FRAME, SEGMENT, ACTIVITY_CHANGE or TAKE_START
-        ("status", "i8"),  # index into KEY_FRAME_STATUSES or SEGMENT_STATUSES
-        ("nature", "i8"),  # index into KEY_FRAME_KINDS, or into SEGMENT_STATES
-        ("take", "i8"),
-        ("rev", "i8"),
-        ("id", "i8"),  # Algorithm 2's frame; of a segment the start's; of an activity its number
-        ("end_id", "i8"),  # of a segment the end's
-        ("frame", "i8"),
-        ("until_frame", "i8"),  # decided_frame; of a segment end_frame
-        ("decided", "i8"),
-        ("time", "f8"),  # of an activity its start
-        ("until_time", "f8"),  # decided_time; of a segment end_time
-        ("velocity", "f8"),
-        ("strength", "f8"),  # of a segment its similarity, of an activity `previous`; NaN for None
-        ("active_start", "f8"),  # of a segment; NaN for None
-        ("active_end", "f8"),
-    ]
-    + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
-)
-EVENT_BYTES = EVENT.itemsize
+EVENT = RECORDS["Event"]
 _NONE = bytes(8)  # no records
-NO_JOINT = np.int64(-1)  # in place of a joint; after it there is none either
 _COUNT = struct.Struct("=q")
 _RECORD = struct.Struct("=" + "".join("d" if EVENT[name].kind == "f" else "q" for name in EVENT.names or ()))
-KEY_FRAME, SEGMENT, ACTIVITY_CHANGE, TAKE_START = np.arange(4)
-# As numpy integers: a Python integer would make numba compile a version for each value.
-KEY_CANDIDATE, KEY_WITHDRAWN, KEY_CONFIRMED, KEY_MERGED, KEY_RESTORED, KEY_FINAL = np.arange(6)
-KIND_ONSET, KIND_OFFSET, KIND_MINIMUM = np.arange(3)
-SEGMENT_CLOSED, SEGMENT_WITHDRAWN, SEGMENT_FINAL = np.arange(3)
-FIRST_MESSAGE, SECOND_MESSAGE = np.int64(1), np.int64(2)  # about a key frame: revisions
-UNDECIDED, DECIDED = np.int64(0), np.int64(1)
-UNKNOWN_STRENGTH = np.float64(np.nan)
-
-
-class Point(NamedTuple):
-    """A key frame as a message tells of it."""
-
-    kind: np.signedinteger  # KIND_ONSET, KIND_OFFSET or KIND_MINIMUM
-    id: int  # Algorithm 2's frame
-    frame: int  # where it is now
-    time: float  # s
-    velocity: float  # share of the range
-    strength: float  # NaN where it is not known
 
 
 class Source(NamedTuple):
@@ -90,41 +42,6 @@ _Parcel = tuple[list[Event], list[Event]]  # where events wait, and those that a
 def events_size(most: int) -> int:
     """Return the bytes of a buffer for `most` events."""
     return (most + 1) * EVENT.itemsize
-
-
-@kernel
-def next_event(clock, events, code):
-    """Return a fresh record of the buffer, of the performer and the take that a clock is of."""
-    used = events[0].row + 1
-    events[0].row = used
-    event = events[used]
-    event.row = clock.row
-    event.code = code
-    event.take = clock.take
-    return event
-
-
-@kernel
-def put_key_frame(clock, events, point, status, rev, decided):
-    """Put a message about a key frame into the buffer; the last used frame is what caused it."""
-    event = next_event(clock, events, KEY_FRAME)
-    event.status = status
-    event.nature = point.kind
-    event.id = point.id
-    event.frame = point.frame
-    event.time = point.time
-    event.velocity = point.velocity
-    event.strength = point.strength
-    event.rev = rev
-    event.decided = decided
-    event.until_frame = clock.used_frame
-    event.until_time = clock.time
-
-
-@kernel
-def put_start(clock, events):
-    """Put a message that a take has begun into the buffer."""
-    next_event(clock, events, TAKE_START)
 
 
 def hand_out(buffer: memoryview, sources: Mapping[int, Source]) -> None:
@@ -226,26 +143,3 @@ def _activity(
 def _records(buffer: memoryview, count: int) -> Iterator[tuple[Any, ...]]:
     """Return the records in a buffer, so many."""
     return _RECORD.iter_unpack(buffer[_RECORD.size : (count + 1) * _RECORD.size])
-
-
-@inline_kernel
-def find_active(paths, details, active):
-    """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first.
-
-    Args:
-        paths: (J,) m.
-        details: A bit for each of the first 64 joints that does not count; see `mossar_stream.moves.joints.details`.
-        active: (PATH_JOINTS,) is set.
-    """
-    for place in range(PATH_JOINTS):
-        active[place] = NO_JOINT
-    least = 0.0
-    for j in range(len(paths)):
-        if paths[j] > least and (j >= 64 or (details >> np.uint64(j)) & np.uint64(1) == 0):
-            place = PATH_JOINTS - 1
-            while place > 0 and (active[place - 1] == NO_JOINT or paths[active[place - 1]] < paths[j]):
-                active[place] = active[place - 1]
-                place -= 1
-            active[place] = j
-            last = active[PATH_JOINTS - 1]
-            least = paths[last] if last != NO_JOINT else 0.0

@@ -7,10 +7,9 @@ it: whatever is used as an index must point into the row. Numbers that are only 
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.row import records, region
-from mossar_stream.algorithm.window import NOT_KEPT
-from mossar_stream.engine.plan import Plan
-from mossar_stream.memory.joint_pages import LINES, LIVE, PAGE
+from mossar_stream.core.row import records, region
+from mossar_stream.core.kernels import LINES, LIVE, NOT_KEPT, PAGE
+from mossar_stream.core.plan import Plan
 from mossar_stream.repetitions.preparing import is_sound as counting_is_sound
 from mossar_stream.repetitions.preparing import prepare
 from mossar_stream.repetitions.state import CYCLES, HEADER

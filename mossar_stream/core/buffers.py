@@ -4,14 +4,14 @@ import itertools
 
 import numpy as np
 
-from mossar_stream.algorithm.row import CACHE_LINE, new_memory
-from mossar_stream.engine.layout import TOOLS_BYTES
-from mossar_stream.engine.plan import Plan, new_scratch
-from mossar_stream.engine.warm_up import warm_up
-from mossar_stream.memory.event_buffer import Source, events_size, hand_out
+from mossar_stream.core.row import CACHE_LINE, new_memory
+from mossar_stream.core.plan import Plan, new_scratch
+from mossar_stream.core.kernels import RECORDS
+from mossar_stream.core.out import Source, events_size, hand_out
 from mossar_stream.repetitions.state import store_size
 
 IN_USE = "a segmenter, or the pool it belongs to, was used by two threads at once; use one for each thread, or a lock"
+TOOLS_BYTES = RECORDS["Tools"].itemsize
 BATCH = 512  # events that there is room for besides those of one frame
 
 
@@ -40,8 +40,7 @@ class Buffers:
         self.scratch = self.store = self.events = self.tools = np.zeros(0, np.uint8)
 
     def make_room(self, plan: Plan) -> None:
-        """Be large enough for rows of a plan, too; compiles the kernels for it, or loads them."""
-        warm_up(plan)
+        """Be large enough for rows of a plan, too."""
         needed = (
             len(new_scratch(plan.shape)),
             store_size(plan.shape.padded_joints) if plan.shape.repetitions else 0,

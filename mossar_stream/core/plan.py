@@ -6,18 +6,21 @@ from functools import cached_property, lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm import pose_history
-from mossar_stream.algorithm.activity import BOUTS
-from mossar_stream.algorithm.clock import TIME_ROUNDING
-from mossar_stream.algorithm.location import LOCATIONS
-from mossar_stream.algorithm.normalisation import POLICIES
-from mossar_stream.algorithm.repetition_labels import LABELLED_LATE, NOTED_CANDIDATES, NOTED_LATE
-from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
-from mossar_stream.algorithm.window import SPARE_SUMMARIES
+from mossar_stream.core.kernels import (
+    BOUTS,
+    LABELLED_LATE,
+    MARGIN,
+    NOTED_CANDIDATES,
+    NOTED_LATE,
+    SPACING,
+    SPARE_SUMMARIES,
+    SPEED_WINDOW,
+    TIME_ROUNDING,
+)
+from mossar_stream.core.row import PLAN, REGIONS, Shape, new_memory, pad, records, region
 from mossar_stream.errors import SettingsError
 from mossar_stream.events import BODY, Event
-from mossar_stream.memory.event_buffer import Source
-from mossar_stream.memory.joint_pages import pad
+from mossar_stream.core.out import Source
 from mossar_stream.moves.groups import groups_of, leading_limb, limbs_by_joint
 from mossar_stream.moves.joints import details
 from mossar_stream.repetitions.preparing import prepare as prepare_counting
@@ -25,7 +28,10 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.skeleton import Skeleton
 
+# In the order of the numbers that the compiled core knows them by.
 SMOOTHINGS = ("none", "moving_average", "one_euro")
+POLICIES = ("running", "fixed", "decay")
+LOCATIONS = ("none", "free", "candidates")
 FIRST_ROOM, MORE_ROOM = 8, 4  # undecided key frames that a row has room for at first, and that it grows by
 BOUNDLESS = np.iinfo(np.int64).max
 ASSUMED_FPS = 256.0  # Hz, for the velocity ring where the rate is unknown; the ring grows if need be
@@ -96,7 +102,7 @@ class Plan:
             room=most if offline else min(max(room or 0, FIRST_ROOM), most),
             smoothing_window=resolved.smoothing_window if resolved.smoothing == "moving_average" else 0,
             one_euro=resolved.smoothing == "one_euro",
-            history=history or pose_history.history_size(kept),
+            history=history or history_size(kept),
             bouts=bouts,
             counted=not offline,
             features=has_features,
@@ -109,7 +115,7 @@ class Plan:
     def spacing(self) -> float:
         """Minimum interval of processed frames, s; the others are skipped."""
         limit = self.settings.rate_limit
-        return LEAST_INTERVAL / limit - pose_history.MARGIN if limit > 0.0 else 0.0
+        return LEAST_INTERVAL / limit - MARGIN if limit > 0.0 else 0.0
 
     @property
     def most_rate(self) -> float:
@@ -285,6 +291,11 @@ class Plan:
         )
 
 
+def history_size(seconds: float) -> int:
+    """Return how many poses cover `seconds`, with the speed window before them."""
+    return int((seconds + SPEED_WINDOW + 2 * SPACING) / SPACING) + 4
+
+
 def move_row(old: NDArray[np.uint8], before: Plan, new: NDArray[np.uint8], after: Plan) -> None:
     """Copy a performer's state into a row with more room.
 
@@ -316,10 +327,7 @@ def move_row(old: NDArray[np.uint8], before: Plan, new: NDArray[np.uint8], after
 
 
 def new_scratch(shape: Shape) -> NDArray[np.uint8]:
-    """Return the bytes of a `Scratch` of window.py, shared by all rows of a shape.
-
-    Bytes like the rows themselves, because arrays of another kind would make numba compile everything twice.
-    """
+    """Return the bytes of a `Scratch` of window.pxi, shared by all rows of a shape."""
     window, slot, joints = shape.window, shape.slot, shape.padded_joints
     numbers = (window + SPARE_SUMMARIES) * slot + 2 * joints + 12 * (window + 4)
     return np.zeros(8 * numbers, np.uint8)

@@ -1,4 +1,4 @@
-"""Engine: what Python does around the one loop (run.py): it does what the loop stops for, and ends takes.
+"""Engine: what Python does around the one loop (run.pxi): it does what the loop stops for, and ends takes.
 
 Whatever is caused is added to `Row.pending`, step by step in its order; callers take it from there once all is done.
 `mend` finishes what an exception, such as Ctrl-C, cut short between two steps. A compiled call is never cut short, nor do
@@ -14,14 +14,26 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.frame_step import DONE, RING_FULL, TAKE_ENDS
-from mossar_stream.algorithm.window_step import END, LEVEL, RANK, update_window
-from mossar_stream.engine.buffers import IN_USE, Buffers
-from mossar_stream.engine.pool import Row
-from mossar_stream.engine.run import ANALYSED, PHASE, READ, SAID, WINDOW_FULL, run
-from mossar_stream.engine.station import Desk
+from mossar_stream.core.buffers import IN_USE, Buffers
+from mossar_stream.core.pool import Row
+from mossar_stream.core.kernels import (
+    ANALYSED,
+    DONE,
+    END,
+    LEVEL,
+    PHASE,
+    RANK,
+    READ,
+    RING_FULL,
+    SAID,
+    TAKE_ENDS,
+    WINDOW_FULL,
+    analyse,
+    run,
+    update_window,
+)
+from mossar_stream.core.station import Desk
 from mossar_stream.events import BODY, Event, StreamChange, StreamEvent
-from mossar_stream.repetitions.counting import analyse
 from mossar_stream.repetitions.reporting import Reported
 
 T = TypeVar("T")
@@ -160,7 +172,7 @@ def _update(row: Row, reason: int) -> None:
     buffers = row.buffers
     if reason in {END, RANK}:
         _analyse_once_more(row)
-    update_window(row.memory, row.plan.params, buffers.scratch, buffers.events, reason)
+    update_window(row.memory, row.plan.params, buffers.tools, reason)
     buffers.hand_out()
 
 

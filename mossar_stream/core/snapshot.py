@@ -11,9 +11,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.row import records
-from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.validation import is_sound
+from mossar_stream.core.row import records
+from mossar_stream.core.plan import Plan
+from mossar_stream.core.validation import is_sound
 from mossar_stream.errors import FrameError, MovesError, SettingsError, SnapshotError
 from mossar_stream.events import BODY, Event
 from mossar_stream.following.alignment import Alignment, Follow, alignment_of

@@ -3,17 +3,19 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.noise import forget_noise
-from mossar_stream.algorithm.row import records, region
-from mossar_stream.engine.buffers import Buffers
-from mossar_stream.engine.plan import Plan, move_row
+from mossar_stream.core.row import records, region
+from mossar_stream.core.buffers import Buffers
+from mossar_stream.core.plan import Plan, move_row
 from mossar_stream.events import Event
-from mossar_stream.memory.event_buffer import Source
+from mossar_stream.core.out import Source
 from mossar_stream.repetitions.reporting import RepetitionReporter
 
 ROWS_AT_ONCE = 64  # of a pool for many
 FIRST_ROWS = 8  # of the first pool: most plans have few performers, and skeletons may come and go
 MOST_BYTES = 1 << 26  # of a pool for many, unless one row is larger
+
+
+KNOWN_NOISE = ("known", "silent", "heard", "estimate", "aside", "quietest", "loud", "floor")  # of the sensor, but for its rate
 
 
 class Pool:
@@ -189,7 +191,8 @@ class Row:
     def forget_range(self) -> None:
         """Forget the running range and what is known of the noise, as for another person."""
         self.state["range"]["largest"] = 0.0
-        forget_noise(self.state["noise"])
+        for name in KNOWN_NOISE:
+            self.state["noise"][name] = 0
 
     def replan(self, plan: Plan) -> None:
         """Go on with another plan for rows that are laid out the same."""

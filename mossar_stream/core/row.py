@@ -13,27 +13,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.activity import ACTIVITY_STATE, BOUT
-from mossar_stream.algorithm.candidate_features import CANDIDATE
-from mossar_stream.algorithm.clock import CLOCK, COUNTERS
-from mossar_stream.algorithm.joints import JOINTS
-from mossar_stream.algorithm.noise import NOISE
-from mossar_stream.algorithm.normalisation import RANGE
-from mossar_stream.algorithm.open_segment import OPEN_SEGMENT
-from mossar_stream.algorithm.pose_history import HISTORY, MARK
-from mossar_stream.algorithm.remerging import MEMO
-from mossar_stream.algorithm.repetition_labels import LABELS, NOTE
-from mossar_stream.algorithm.scales import SCALES
-from mossar_stream.algorithm.splitter import CURVE
-from mossar_stream.algorithm.tempo import TEMPO
-from mossar_stream.algorithm.velocity import AVERAGE, VELOCITY
-from mossar_stream.algorithm.window import KEY, WINDOW
-from mossar_stream.memory.joint_pages import body_size, pad
-from mossar_stream.memory.slots import SLOTS
-from mossar_stream.repetitions.state import HEADER, PERIODS, samples_bytes
+from mossar_stream.core.kernels import CACHE_LINE, PADDING, PAGE, PAGE_SIZE, RECORDS
+from mossar_stream.repetitions.state import samples_bytes
 
-CACHE_LINE = 64  # bytes
-
+PLAN, ROW = RECORDS["Plan"], RECORDS["Row"]
 # A row's arrays: (name, dtype). Sizes are given by `region_sizes`.
 REGIONS: tuple[tuple[str, str], ...] = (
     ("body", "f4"),  # positions and displacements of the joints, see joint_pages.py
@@ -47,114 +30,20 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("summaries", "f8"),  # (slots, slot) summaries of segments, see summary.py
     ("unused", "i8"),  # (slots,) stack of unused slots
     ("order", "i8"),  # (W + 2,) slots of the window's segments, from left to right
-    ("keys", "KEY"),  # (W + 2,) undecided key frames, from left to right
+    ("keys", "Key"),  # (W + 2,) undecided key frames, from left to right
     ("counts", "i4"),  # (W + 3, W + 2) messages sent about each segment of the window
-    ("memo", "MEMO"),  # (memo,) merge costs computed before
-    ("marks", "MARK"),  # (history_size,) of the poses kept to take speeds from and to move key frames
+    ("memo", "Memo"),  # (memo,) merge costs computed before
+    ("marks", "Mark"),  # (history_size,) of the poses kept to take speeds from and to move key frames
     ("poses", "i2"),  # (history_size, 3, padded_joints) 1/8192 m, those poses
-    ("bouts", "BOUT"),  # (bouts,) of movement, the latest that have ended
-    ("notes", "NOTE"),  # (notes,) of the last candidates
-    ("counted", "HEADER"),  # (1,) of repetitions, if they are counted here
-    ("periods", "PERIODS"),  # (1,) of it, by which candidates are judged
+    ("bouts", "Bout"),  # (bouts,) of movement, the latest that have ended
+    ("notes", "Note"),  # (notes,) of the last candidates
+    ("counted", "Counting"),  # (1,) of repetitions, if they are counted here
+    ("periods", "Periods"),  # (1,) of it, by which candidates are judged
     ("samples", "u1"),  # of them, see repetitions/state.py
-    ("adopted", "PERIODS"),  # (1,) of a limb: what is counted of its body, by which its candidates are judged
+    ("adopted", "Periods"),  # (1,) of a limb: what is counted of its body, by which its candidates are judged
 )
 
-PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` sets it
-    [
-        # Sizes.
-        ("joints", "i8"),
-        ("padded_joints", "i8"),
-        ("center", "i8"),  # index of the root, -1 for the centroid
-        ("flat", "i8"),  # whether the similarity takes the pose as one array
-        ("moving_joints", "i8"),  # joints that can move relative to the centre
-        ("filtered_joints", "i8"),  # padded joints, or 0 without a One-Euro filter
-        ("average_size", "i8"),
-        ("ring", "i8"),
-        ("slot", "i8"),
-        ("slot_count", "i8"),
-        ("memo_size", "i8"),
-        ("history_size", "i8"),
-        ("bouts", "i8"),
-        ("notes", "i8"),
-        ("samples", "i8"),  # bytes of the repetitions' samples
-        ("capacity", "i8"),  # W
-        ("room", "i8"),  # with more undecided key frames than this the row must grow before the next frame
-        ("most_events", "i8"),  # that one frame, or the end of a take, can cause
-        # Settings; the row's own, so that a level can move while others stay.
-        ("window", "f8"),  # s
-        ("smoothing", "i8"),
-        ("one_euro_cutoff", "f8"),
-        ("one_euro_beta", "f8"),
-        ("theta", "f8"),  # sigThre, share of the range
-        ("rest_seconds", "f8"),  # s
-        ("rests", "i8"),  # whether they are segments of their own
-        ("range_policy", "i8"),
-        ("range_min", "f8"),
-        ("range_max", "f8"),
-        ("range_half_life", "f8"),
-        ("range_floor", "f8"),  # m, for all joints together
-        ("noise_margin", "f8"),  # 0 if it is off
-        ("spacing", "f8"),  # s, minimum interval of processed frames
-        ("max_gap", "f8"),  # s
-        ("max_speed", "f8"),  # m/s
-        ("max_pause", "f8"),  # s
-        ("hold", "f8"),  # s, after which a key frame is decided
-        (
-            "alpha",
-            "i8",
-        ),  # α of Algorithm 3: this many key frames are kept whatever their strength; 0 for none
-        ("beta", "f8"),  # β of Algorithm 3, the level, as a strength
-        ("location", "i8"),
-        ("refine", "f8"),  # s
-        ("pre_roll", "f8"),  # s
-        ("post_roll", "f8"),  # s
-        ("tempo", "i8"),
-        ("is_filtered", "i8"),  # see `Traits` in similarity/summary.py
-        ("is_rms", "i8"),
-        ("has_features", "i8"),
-        ("is_mean", "i8"),
-        ("repetitions", "i8"),  # whether they are counted here
-        ("ends_alone", "i8"),  # whether its takes end where nobody is seen; a limb's end with the body's
-        ("details", "u8"),  # a bit for each of the first 64 joints that is not reported as active
-        ("adopts", "i8"),  # whether what is counted of the body is copied here
-        ("labels_late", "i8"),  # whether labels wait for what is counted
-        ("offline", "i8"),  # keep every key frame until the take ends, and decide then
-    ],
-)
-ROW = np.dtype(
-    [
-        ("plan", PLAN),
-        ("clock", CLOCK),
-        ("counters", COUNTERS),
-        ("joints", JOINTS),
-        ("noise", NOISE),
-        ("velocity", VELOCITY),
-        ("average", AVERAGE),
-        ("range", RANGE),
-        ("curve", CURVE),
-        ("open_segment", OPEN_SEGMENT),
-        ("slots", SLOTS),
-        ("history", HISTORY),
-        ("tempo", TEMPO),
-        ("scales", SCALES),
-        ("labels", LABELS),
-        ("candidate", CANDIDATE),
-        ("activity", ACTIVITY_STATE),
-        ("window", WINDOW),
-        ("at", [(name, "i8") for name, _ in REGIONS]),
-    ],
-)
 ROW_BYTES = ROW.itemsize
-_DTYPES = {
-    "KEY": KEY,
-    "NOTE": NOTE,
-    "HEADER": HEADER,
-    "PERIODS": PERIODS,
-    "MARK": MARK,
-    "MEMO": MEMO,
-    "BOUT": BOUT,
-}
 
 
 class Shape(msgspec.Struct, frozen=True):
@@ -247,7 +136,17 @@ class Shape(msgspec.Struct, frozen=True):
 
 
 def _item(kind: str) -> np.dtype[np.generic]:
-    return _DTYPES[kind] if kind in _DTYPES else np.dtype(kind)
+    return RECORDS[kind] if kind in RECORDS else np.dtype(kind)
+
+
+def pad(joints: int) -> int:
+    """Return the number of padded joints for a number of joints."""
+    return -(-joints // PADDING) * PADDING
+
+
+def body_size(joints: int) -> int:
+    """Return the length of the body of so many joints, float32 numbers."""
+    return -(-joints // PAGE) * PAGE_SIZE
 
 
 def new_memory(count: int, size: int) -> NDArray[np.uint8]:

@@ -6,11 +6,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.candidate_features import EARLIER, EARLIER_IN_NOISE
-from mossar_stream.algorithm.pose_history import MARGIN
-from mossar_stream.algorithm.row import records, region
-from mossar_stream.engine.plan import Plan
-from mossar_stream.memory.joint_pages import LINES, PAGE, POSE_X
+from mossar_stream.core.kernels import EARLIER, EARLIER_IN_NOISE, LINES, MARGIN, PAGE, POSE_X
+from mossar_stream.core.row import records, region
+from mossar_stream.core.plan import Plan
 
 
 class CurveState(msgspec.Struct, frozen=True):

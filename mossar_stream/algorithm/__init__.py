@@ -1,1 +1,0 @@
-"""Mossar, step by step in the order of the data's way, and the same on whole arrays."""

@@ -1,1 +1,0 @@
-"""The loop around the kernels, the pools of performers, and what a performer needs."""
