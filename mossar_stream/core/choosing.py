@@ -41,11 +41,14 @@ def _loaded(variant: str) -> ModuleType:
         if error.name != name:
             raise
         raise ImportError(
-            f"{name} was not compiled for this Python: run `pip install -e .` in a checkout, or install a wheel", name=name
+            f"{name} was not compiled for this Python: run `pip install -e .` in a checkout, or install a wheel",
+            name=name,
         ) from None
     changed = _changed(core.BUILT_FROM)
     if changed:
-        raise ImportError(f"{name} is older than {changed}: run `python -m build_core` or `pip install -e .`", name=name)
+        raise ImportError(
+            f"{name} is older than {changed}: run `python -m build_core` or `pip install -e .`", name=name
+        )
     return core
 
 

@@ -1,12 +1,10 @@
 """The command; see the package."""
 
 import argparse
-import os
 import time
 
 from build_core import __doc__ as text
-from build_core.compiler import WIDER
-from build_core.extensions import build
+from build_core.extensions import build, variants
 
 
 def main() -> None:
@@ -16,15 +14,14 @@ def main() -> None:
     )
     parser.add_argument("--force", action="store_true", help="compile what is up to date, too")
     parser.add_argument("--strict", action="store_true", help="warnings are errors")
-    parser.add_argument("--sanitize", action="store_true", help="check addresses and undefined behaviour at run time")
-    parser.add_argument("--only", choices=["baseline", WIDER])
+    parser.add_argument(
+        "--sanitize", action="store_true", help="check addresses and undefined behaviour at run time"
+    )
+    parser.add_argument("--only", choices=variants(), help="one of the two")
     options = parser.parse_args()
     began = time.perf_counter()
     built = build(
-        is_strict=options.strict or bool(os.environ.get("MOSSAR_STRICT")),
-        is_sanitized=options.sanitize or bool(os.environ.get("MOSSAR_SANITIZE")),
-        is_forced=options.force,
-        only=options.only,
+        is_strict=options.strict, is_sanitized=options.sanitize, is_forced=options.force, only=options.only
     )
     for path, is_new in built.items():
         print(f"{path.name}: {'compiled' if is_new else 'up to date'}")

@@ -11,12 +11,25 @@ from pathlib import Path
 
 ZIG = "ziglang>=0.13"
 GLIBC = "2.17"  # the oldest that manylinux2014 wheels run with; zig would take its newest otherwise
-OPTIMISED = "-O3 -ffp-contract=off -fno-math-errno -fno-trapping-math".split()
-SANITIZED = "-O1 -g -ffp-contract=off -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer".split()
+OPTIMISED = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
+SANITIZED = [
+    "-O1",
+    "-g",
+    "-ffp-contract=off",
+    "-fsanitize=address,undefined",
+    "-fno-sanitize-recover=undefined",
+    "-fno-omit-frame-pointer",
+]
 # What the C that Cython writes has by design: parameters of slots, initialisers that end early, casts of functions.
-STRICT = (
-    "-Wall -Wextra -Werror -Wno-unused-parameter -Wno-missing-field-initializers -Wno-cast-function-type -Wno-unused-function".split()
-)
+STRICT = [
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+    "-Wno-unused-parameter",
+    "-Wno-missing-field-initializers",
+    "-Wno-cast-function-type",
+    "-Wno-unused-function",
+]
 # MSVC: no contraction of a * b + c either, and errno is its own affair.
 MICROSOFT = ["/O2", "/fp:precise"]
 WIDER = "x86_64_v3"
@@ -50,7 +63,7 @@ def configured(which: Callable[[str], str | None] = shutil.which) -> str | None:
 
 def zig_command() -> str:
     """Return the command of the compiler that the distribution `ziglang` brings, for any machine of this kind."""
-    import ziglang  # noqa: PLC0415 - only where there is no other compiler
+    import ziglang
 
     zig = Path(ziglang.__file__).with_name("zig")
     machine = "aarch64" if platform.machine().lower() in {"arm64", "aarch64"} else platform.machine().lower()
@@ -85,10 +98,15 @@ def flags_for(variant: str, command: str, *, is_strict: bool, is_sanitized: bool
         is_sanitized: Addresses and undefined behaviour are checked at run time.
     """
     if not command:
-        return [*MICROSOFT, *(["/arch:AVX2"] if variant == WIDER else []), *(["/W3", "/WX"] if is_strict else [])]
+        return [
+            *MICROSOFT,
+            *(["/arch:AVX2"] if variant == WIDER else []),
+            *(["/W3", "/WX"] if is_strict else []),
+        ]
     flags = list(SANITIZED if is_sanitized else OPTIMISED)
     if not is_sanitized and "CFLAGS" not in os.environ:
-        flags.append("-g0")  # Python's own flags have -g: ten times the size. CFLAGS=-g keeps lines for a profiler
+        # Python's own flags have -g: ten times the size. CFLAGS=-g keeps lines for a profiler.
+        flags.append("-g0")
     if is_strict:
         flags += STRICT
     return flags + _level(variant, command)

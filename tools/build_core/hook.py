@@ -1,6 +1,5 @@
 """What hatchling calls for a wheel and for an editable install."""
 
-import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -9,8 +8,8 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # hatchling loads this file alone
 
-from build_core.compiler import ZIG, configured  # noqa: E402
-from build_core.extensions import REQUIRED, build  # noqa: E402
+from build_core.compiler import ZIG, configured
+from build_core.extensions import REQUIRED, build
 
 
 class CompileCore(BuildHookInterface[Any]):
@@ -28,8 +27,6 @@ class CompileCore(BuildHookInterface[Any]):
             build_data: What hatchling puts into the wheel.
         """
         del version
-        built = build(
-            is_strict=bool(os.environ.get("MOSSAR_STRICT")), is_sanitized=bool(os.environ.get("MOSSAR_SANITIZE"))
-        )
+        built = build()
         build_data["pure_python"], build_data["infer_tag"] = False, True
         build_data["artifacts"] += [path.relative_to(self.root).as_posix() for path in built]

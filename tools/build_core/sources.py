@@ -20,10 +20,10 @@ def built_from(recipe: str) -> str:
     Args:
         recipe: Everything else that changes the result: flags, compiler, versions.
     """
-    lines = [f"{MARK} {zlib.crc32(recipe.encode()):08x}"]
-    for path in sources():
-        lines.append(f"{zlib.crc32(path.read_bytes()):08x} {path.relative_to(PACKAGE).as_posix()}")
-    return "\n".join(lines)
+    checksums = [
+        f"{zlib.crc32(path.read_bytes()):08x} {path.relative_to(PACKAGE).as_posix()}" for path in sources()
+    ]
+    return "\n".join([f"{MARK} {zlib.crc32(recipe.encode()):08x}", *checksums])
 
 
 def as_header(text: str) -> str:
