@@ -2,30 +2,49 @@
 #ifndef MOSSAR_PROCESSOR_H
 #define MOSSAR_PROCESSOR_H
 
-#if (defined(__GNUC__) || defined(__clang__)) && defined(__x86_64__)
+#if defined(__x86_64__) || defined(_M_X64)
 
-static int mossar_has_x86_64_v3(void) {
-    /* Processors with these have the rest of the level: LZCNT, MOVBE, F16C. Old compilers do not know the level's name. */
-    __builtin_cpu_init();
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi")
-        && __builtin_cpu_supports("bmi2");
+#ifdef _MSC_VER
+#include <intrin.h>
+#else
+#include <cpuid.h>
+#endif
+
+/* Asked of the processor itself: with zig, __builtin_cpu_supports knows no processor and answers no. */
+static void mossar_cpuid(unsigned leaf, unsigned answer[4]) { /* EAX, EBX, ECX, EDX */
+#ifdef _MSC_VER
+    __cpuidex((int *)answer, (int)leaf, 0);
+#else
+    __cpuid_count(leaf, 0, answer[0], answer[1], answer[2], answer[3]);
+#endif
 }
 
-#elif defined(_MSC_VER) && defined(_M_X64)
-
-#include <immintrin.h>
-#include <intrin.h>
+static unsigned mossar_saved_registers(void) {
+#ifdef _MSC_VER
+    return (unsigned)_xgetbv(0);
+#else
+    unsigned low, high;
+    __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    return low;
+#endif
+}
 
 static int mossar_has_x86_64_v3(void) {
-    const int FMA = 1 << 12, OSXSAVE = 1 << 27, BMI = 1 << 3, AVX2 = 1 << 5, BMI2 = 1 << 8;
-    int basic[4], extended[4]; /* EAX, EBX, ECX, EDX */
-    __cpuid(basic, 0);
-    if (basic[0] < 7) return 0;
-    __cpuid(basic, 1);
-    __cpuidex(extended, 7, 0);
-    if (!(basic[2] & FMA) || !(basic[2] & OSXSAVE) || !(extended[1] & BMI) || !(extended[1] & AVX2) || !(extended[1] & BMI2))
-        return 0;
-    return (_xgetbv(0) & 6) == 6; /* the system saves the wide registers */
+    const unsigned fma = 1u << 12, movbe = 1u << 22, osxsave = 1u << 27, f16c = 1u << 29; /* of leaf 1, ECX */
+    const unsigned bmi1 = 1u << 3, avx2 = 1u << 5, bmi2 = 1u << 8;                        /* of leaf 7, EBX */
+    const unsigned lzcnt = 1u << 5;                                                       /* of leaf 0x80000001, ECX */
+    const unsigned first = fma | movbe | osxsave | f16c, second = bmi1 | avx2 | bmi2;
+    unsigned answer[4];
+    mossar_cpuid(0, answer);
+    if (answer[0] < 7) return 0;
+    mossar_cpuid(1, answer);
+    if ((answer[2] & first) != first) return 0;
+    mossar_cpuid(7, answer);
+    if ((answer[1] & second) != second) return 0;
+    mossar_cpuid(0x80000000u, answer);
+    if (answer[0] < 0x80000001u) return 0;
+    mossar_cpuid(0x80000001u, answer);
+    return (answer[2] & lzcnt) && (mossar_saved_registers() & 6) == 6; /* the system saves the wide registers */
 }
 
 #else

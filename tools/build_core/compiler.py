@@ -16,8 +16,9 @@ SANITIZED = [
     "-O1",
     "-g",
     "-ffp-contract=off",
-    "-fsanitize=address,undefined",
-    "-fno-sanitize-recover=undefined",
+    "-fno-wrapv",  # Python's own flags let integers wrap: an overflow would not be found
+    "-fsanitize=address,undefined,float-cast-overflow",
+    "-fno-sanitize-recover=all",
     "-fno-omit-frame-pointer",
 ]
 # What the C that Cython writes has by design: parameters of slots, initialisers that end early, casts of functions.

@@ -50,7 +50,8 @@ def build(
     wanted: dict[str, list[str]] = {}
     for name in variants() if only is None else [only]:
         flags = flags_for(name, environment.get("CC", ""), is_strict=is_strict, is_sanitized=is_sanitized)
-        text = built_from(_recipe(environment, flags))
+        compiler = Path(shlex.split(environment.get("CC", "cl"))[0]).name
+        text = built_from(compiler, _recipe(flags))
         path = PACKAGE / "core" / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
         finished[path] = is_forced or not is_built_from(path, text)
         if finished[path]:
@@ -84,11 +85,10 @@ def run_each(arguments: list[list[str]], environment: dict[str, str] | None = No
         sys.stderr.write(warnings)
 
 
-def _recipe(environment: dict[str, str], flags: list[str]) -> str:
-    """Return what makes another extension of the same sources."""
+def _recipe(flags: list[str]) -> str:
+    """Return what makes another extension of the same sources, with the same compiler."""
     import Cython
 
     ours = "".join(path.read_text(encoding="utf-8") for path in sorted(Path(__file__).parent.glob("*.py")))
-    compiler = Path(shlex.split(environment.get("CC", "cl"))[0]).name
     users = [os.environ.get(name) for name in ("CFLAGS", "CPPFLAGS", "LDFLAGS", "ARCHFLAGS")]
-    return f"{ours} {compiler} {flags} {users} {vars(Cython)['__version__']}"
+    return f"{ours} {flags} {users} {vars(Cython)['__version__']}"

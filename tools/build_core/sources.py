@@ -14,16 +14,17 @@ def sources() -> list[Path]:
     return sorted(path for path in PACKAGE.rglob("*") if path.suffix in ENDINGS)
 
 
-def built_from(recipe: str) -> str:
-    """Return what an extension says of its sources: a line with the recipe's checksum, then one for each source.
+def built_from(compiler: str, recipe: str) -> str:
+    """Return what an extension says of itself: a line with the compiler and the recipe's checksum, then one for each source.
 
     Args:
-        recipe: Everything else that changes the result: flags, compiler, versions.
+        compiler: The name of its program.
+        recipe: Everything else that changes the result: flags, versions.
     """
     checksums = [
         f"{zlib.crc32(path.read_bytes()):08x} {path.relative_to(PACKAGE).as_posix()}" for path in sources()
     ]
-    return "\n".join([f"{MARK} {zlib.crc32(recipe.encode()):08x}", *checksums])
+    return "\n".join([f"{MARK} {compiler} {zlib.crc32(recipe.encode()):08x}", *checksums])
 
 
 def as_header(text: str) -> str:
