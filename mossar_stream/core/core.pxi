@@ -1,5 +1,6 @@
 """The compiled core: frames in, records of events out. The files follow each other in the order of the data."""
 
+cimport numpy as cnp
 from libc.math cimport (
     INFINITY, NAN, M_PI, acos, asin, atan2, ceil, cos, exp, exp2, expf, floor, hypot, isfinite, isnan, log, log1p, logf, nextafter, pow, rint, rintf,
     sin, sqrt, sqrtf,
@@ -7,6 +8,9 @@ from libc.math cimport (
 from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint8_t, uint64_t
 from libc.string cimport memcpy, memset
 
+cnp.import_array()
+
+include "build.pxi"
 # What everything stands on.
 include "numbers.pxi"
 include "spans.pxi"
@@ -68,3 +72,4 @@ include "frame_step.pxi"
 include "middle.pxi"
 include "station.pxi"
 include "run.pxi"
+include "face.pxi"

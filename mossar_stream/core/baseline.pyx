@@ -1,0 +1,2 @@
+"""The core for any processor."""
+include "core.pxi"

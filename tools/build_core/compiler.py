@@ -1,0 +1,124 @@
+"""Which C compiler there is, and how it is asked."""
+
+import os
+import platform
+import shlex
+import shutil
+import sys
+import sysconfig
+from collections.abc import Callable
+from pathlib import Path
+
+ZIG = "ziglang>=0.13"
+GLIBC = "2.17"  # the oldest that manylinux2014 wheels run with; zig would take its newest otherwise
+OPTIMISED = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
+SANITIZED = [
+    "-O1",
+    "-g",
+    "-ffp-contract=off",
+    "-fno-wrapv",  # Python's own flags let integers wrap: an overflow would not be found
+    "-fsanitize=address,undefined,float-cast-overflow",
+    "-fno-sanitize-recover=all",
+    "-fno-omit-frame-pointer",
+]
+# What the C that Cython writes has by design: parameters of slots, initialisers that end early, casts of functions.
+STRICT = [
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+    "-Wno-unused-parameter",
+    "-Wno-missing-field-initializers",
+    "-Wno-cast-function-type",
+    "-Wno-unused-function",
+]
+# MSVC: no contraction of a * b + c either, and errno is its own affair.
+MICROSOFT = ["/O2", "/fp:precise"]
+WIDER = "x86_64_v3"
+
+
+def is_x86_64() -> bool:
+    """Return whether the extension is for x86-64, also where it is made on another machine (macOS)."""
+    flags = os.environ.get("ARCHFLAGS", "")
+    machine = flags if "-arch" in flags else platform.machine()
+    return sys.maxsize > 2**32 and any(name in machine.lower() for name in ("x86_64", "amd64"))
+
+
+def configured(which: Callable[[str], str | None] = shutil.which) -> str | None:
+    """Return the command of the C compiler of this system, or None if there is none.
+
+    Windows has Microsoft's, which setuptools finds.
+
+    Raises:
+        SystemExit: CC names a program that is not there.
+    """
+    wish = os.environ.get("CC")
+    if wish:
+        if which(shlex.split(wish)[0]) is None:
+            raise SystemExit(f"CC={wish}: there is no such program")
+        return wish
+    if sys.platform == "win32":
+        return "cl"
+    candidates = (sysconfig.get_config_var("CC"), "cc", "gcc", "clang")
+    return next((command for command in candidates if command and which(shlex.split(command)[0])), None)
+
+
+def zig_command() -> str:
+    """Return the command of the compiler that the distribution `ziglang` brings, for any machine of this kind."""
+    import ziglang
+
+    zig = Path(ziglang.__file__).with_name("zig")
+    machine = "aarch64" if platform.machine().lower() in {"arm64", "aarch64"} else platform.machine().lower()
+    if sys.platform == "darwin":
+        target = f"{machine}-macos"
+    elif "musl" in (sysconfig.get_config_var("SOABI") or ""):
+        target = f"{machine}-linux-musl"
+    else:
+        target = f"{machine}-linux-gnu.{GLIBC}"
+    return f"{shlex.quote(str(zig))} cc -target {target}"
+
+
+def commands() -> dict[str, str]:
+    """Return what setuptools reads from the environment: how to compile, and how to link.
+
+    Python's own command for linking has options that a system may need; its first word is the compiler, which is replaced.
+    """
+    if sys.platform == "win32" and not os.environ.get("CC"):
+        return {}
+    compiler = configured() or zig_command()
+    _, *options = shlex.split(sysconfig.get_config_var("LDSHARED") or "cc -shared")
+    return {"CC": compiler, "LDSHARED": f"{compiler} {shlex.join(options)}"}
+
+
+def flags_for(variant: str, command: str, *, is_strict: bool, is_sanitized: bool) -> list[str]:
+    """Return the options for one of the two extensions.
+
+    Args:
+        variant: `baseline` or `x86_64_v3`.
+        command: The compiler's, as `commands` has it; empty for Microsoft's.
+        is_strict: Warnings are errors.
+        is_sanitized: Addresses and undefined behaviour are checked at run time.
+    """
+    if not command:
+        return [
+            *MICROSOFT,
+            *(["/arch:AVX2"] if variant == WIDER else []),
+            *(["/W3", "/WX"] if is_strict else []),
+        ]
+    flags = list(SANITIZED if is_sanitized else OPTIMISED)
+    if not is_sanitized and "CFLAGS" not in os.environ:
+        # Python's own flags have -g: ten times the size. CFLAGS=-g keeps lines for a profiler.
+        flags.append("-g0")
+    if is_strict:
+        flags += STRICT
+    return flags + _level(variant, command)
+
+
+def _level(variant: str, command: str) -> list[str]:
+    """Return the options that name the processor: never the one of this machine."""
+    if "zig" in Path(shlex.split(command)[0]).name:
+        return [f"-mcpu={WIDER if variant == WIDER else 'baseline'}"]
+    if sys.platform == "darwin":  # -Xarch: an extension may hold code for arm64, too
+        return ["-Xarch_x86_64", "-march=x86-64-v3"] if variant == WIDER else []
+    if not is_x86_64():
+        return []
+    return ["-march=x86-64-v3" if variant == WIDER else "-march=x86-64"]
