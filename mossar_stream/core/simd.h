@@ -34,7 +34,9 @@
 #pragma fp_contract(off)
 #endif
 
-#if defined(_MSC_VER)
+#if defined(__SSE2__)
+#include <immintrin.h>
+#elif defined(_MSC_VER)
 #include <intrin.h>
 #endif
 
@@ -55,29 +57,56 @@ enum {
 #endif
 typedef float floats __attribute__((vector_size(VECTOR_BYTES)));
 typedef double doubles __attribute__((vector_size(VECTOR_BYTES)));
-typedef float halves __attribute__((vector_size(VECTOR_BYTES / 2))); /* as many as `doubles` */
-typedef int64_t masks __attribute__((vector_size(VECTOR_BYTES)));
-
-static inline doubles to_doubles(halves numbers) { return __builtin_convertvector(numbers, doubles); }
+typedef int32_t float_flags __attribute__((vector_size(VECTOR_BYTES))); /* -1 where a comparison holds, else 0 */
+typedef int64_t double_flags __attribute__((vector_size(VECTOR_BYTES)));
 
 /* Replace numbers below 0 by 0. NaN stays. */
 static inline doubles without_negative(doubles numbers) {
-    return (doubles)((masks)numbers & ~(masks)(numbers < 0.0));
+    return (doubles)((double_flags)numbers & ~(double_flags)(numbers < 0.0));
 }
 
 /* Replace numbers that are not above 0, and NaN, by 0. */
 static inline doubles only_positive(doubles numbers) {
-    return (doubles)((masks)numbers & (masks)(numbers > 0.0));
+    return (doubles)((double_flags)numbers & (double_flags)(numbers > 0.0));
 }
+
+static inline int all_hold(float_flags flags) {
+    int64_t words[VECTOR_BYTES / 8], all = -1;
+    memcpy(words, &flags, sizeof words);
+    for (int k = 0; k < VECTOR_BYTES / 8; k++) all &= words[k];
+    return all == -1;
+}
+
+/* Load as many floats as `doubles` has numbers, and convert them: gcc 12 does this number by number if left to itself. */
+#if defined(__AVX2__)
+typedef __m128 halves;
+static inline halves load_halves(const float *from) { return _mm_loadu_ps(from); }
+static inline doubles to_doubles(halves numbers) { return (doubles)_mm256_cvtps_pd(numbers); }
+#elif defined(__SSE2__)
+typedef __m128 halves;
+static inline halves load_halves(const float *from) { return _mm_castsi128_ps(_mm_loadl_epi64((const __m128i *)from)); }
+static inline doubles to_doubles(halves numbers) { return (doubles)_mm_cvtps_pd(numbers); }
+#else
+typedef float halves __attribute__((vector_size(VECTOR_BYTES / 2)));
+static inline halves load_halves(const float *from) {
+    halves numbers;
+    memcpy(&numbers, from, sizeof numbers);
+    return numbers;
+}
+static inline doubles to_doubles(halves numbers) { return __builtin_convertvector(numbers, doubles); }
+#endif
 
 #else
 
 typedef float floats, halves;
 typedef double doubles;
+typedef int float_flags;
 
+static inline halves load_halves(const float *from) { return *from; }
 static inline doubles to_doubles(halves numbers) { return numbers; }
 static inline doubles without_negative(doubles numbers) { return numbers < 0.0 ? 0.0 : numbers; }
 static inline doubles only_positive(doubles numbers) { return numbers > 0.0 ? numbers : 0.0; }
+static inline int all_hold(float_flags flags) { return flags; }
 
 #endif
 
@@ -91,12 +120,6 @@ static inline floats load_floats(const float *from) {
 
 static inline doubles load_doubles(const double *from) {
     doubles numbers;
-    memcpy(&numbers, from, sizeof numbers);
-    return numbers;
-}
-
-static inline halves load_halves(const float *from) {
-    halves numbers;
     memcpy(&numbers, from, sizeof numbers);
     return numbers;
 }
@@ -135,9 +158,9 @@ static inline double page_product(const float *page, int64_t one, int64_t other)
 
 /* Tell whether a line of a page has no number above `limit`, and none that is NaN. */
 static inline int page_within(const float *page, int64_t line, float limit) {
-    int within = 1;
-    for (int j = 0; j < WIDTH; j++) within &= page[line + j] <= limit;
-    return within;
+    float_flags within = load_floats(page + line) <= limit;
+    for (int j = FLOATS; j < WIDTH; j += FLOATS) within &= load_floats(page + line + j) <= limit;
+    return all_hold(within);
 }
 
 /* Sum the products of two lines of `count` numbers, a multiple of `FACTORS`, in single precision. */
@@ -164,7 +187,9 @@ static inline void line_products(
     for (int64_t first = 0; first < rows; first += MATRIX_COLUMNS) {
         float last[MATRIX_ROWS][MATRIX_COLUMNS][FACTORS];
         for (int d = 0; d < FACTORS; d += FLOATS) {
-            floats sums[MATRIX_ROWS][MATRIX_COLUMNS] = {{{0}}};
+            floats sums[MATRIX_ROWS][MATRIX_COLUMNS];
+            for (int k = 0; k < MATRIX_ROWS; k++)
+                for (int j = 0; j < MATRIX_COLUMNS; j++) sums[k][j] = (floats){0};
             for (int64_t at = d; at < count + d; at += FACTORS) {
                 floats each[MATRIX_COLUMNS];
                 for (int j = 0; j < MATRIX_COLUMNS; j++) each[j] = load_floats(others + (first + j) * columns + at);
@@ -193,7 +218,9 @@ static inline void weighted_sums(
 ) {
     const int64_t step = VECTORS * FACTORS, end = (count + step - 1) / step * step;
     for (int64_t first = 0; first < end; first += VECTORS * FLOATS) {
-        floats sums[MATRIX_ROWS][VECTORS] = {{{0}}};
+        floats sums[MATRIX_ROWS][VECTORS];
+        for (int k = 0; k < MATRIX_ROWS; k++)
+            for (int q = 0; q < VECTORS; q++) sums[k][q] = (floats){0};
         for (int64_t j = 0; j < rows; j++) {
             floats each[VECTORS];
             for (int q = 0; q < VECTORS; q++) each[q] = load_floats(lines + j * columns + first + q * FLOATS);
