@@ -184,25 +184,25 @@ static inline void line_products(
     float *restrict goal, int64_t goal_columns, const float *restrict lines, const float *restrict others,
     int64_t rows, int64_t columns, int64_t count
 ) {
-    for (int64_t first = 0; first < rows; first += MATRIX_COLUMNS) {
-        float last[MATRIX_ROWS][MATRIX_COLUMNS][FACTORS];
-        for (int d = 0; d < FACTORS; d += FLOATS) {
-            floats sums[MATRIX_ROWS][MATRIX_COLUMNS];
-            for (int k = 0; k < MATRIX_ROWS; k++)
-                for (int j = 0; j < MATRIX_COLUMNS; j++) sums[k][j] = (floats){0};
-            for (int64_t at = d; at < count + d; at += FACTORS) {
-                floats each[MATRIX_COLUMNS];
-                for (int j = 0; j < MATRIX_COLUMNS; j++) each[j] = load_floats(others + (first + j) * columns + at);
+    enum { COLUMNS = FLOATS == FACTORS ? MATRIX_COLUMNS : 1, PARTS = FACTORS / FLOATS }; /* what registers hold */
+    for (int64_t first = 0; first < rows; first += COLUMNS) {
+        floats sums[MATRIX_ROWS][COLUMNS][PARTS];
+        float last[MATRIX_ROWS][COLUMNS][FACTORS];
+        for (int k = 0; k < MATRIX_ROWS; k++)
+            for (int j = 0; j < COLUMNS; j++)
+                for (int p = 0; p < PARTS; p++) sums[k][j][p] = (floats){0};
+        for (int64_t at = 0; at < count; at += FACTORS)
+            for (int p = 0; p < PARTS; p++) {
+                floats each[COLUMNS];
+                for (int j = 0; j < COLUMNS; j++) each[j] = load_floats(others + (first + j) * columns + at + p * FLOATS);
                 for (int k = 0; k < MATRIX_ROWS; k++) {
-                    const floats line = load_floats(lines + k * columns + at);
-                    for (int j = 0; j < MATRIX_COLUMNS; j++) sums[k][j] += line * each[j];
+                    const floats line = load_floats(lines + k * columns + at + p * FLOATS);
+                    for (int j = 0; j < COLUMNS; j++) sums[k][j][p] += line * each[j];
                 }
             }
-            for (int k = 0; k < MATRIX_ROWS; k++)
-                for (int j = 0; j < MATRIX_COLUMNS; j++) memcpy(&last[k][j][d], &sums[k][j], sizeof(floats));
-        }
+        memcpy(last, sums, sizeof last);
         for (int k = 0; k < MATRIX_ROWS; k++)
-            for (int j = 0; j < MATRIX_COLUMNS; j++) goal[k * goal_columns + first + j] = folded(last[k][j]);
+            for (int j = 0; j < COLUMNS; j++) goal[k * goal_columns + first + j] = folded(last[k][j]);
     }
 }
 
