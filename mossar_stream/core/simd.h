@@ -22,7 +22,6 @@
 #ifndef MOSSAR_STREAM_SIMD_H
 #define MOSSAR_STREAM_SIMD_H
 
-#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -184,7 +183,8 @@ static inline void line_products(
     float *restrict goal, int64_t goal_columns, const float *restrict lines, const float *restrict others,
     int64_t rows, int64_t columns, int64_t count
 ) {
-    enum { COLUMNS = FLOATS == FACTORS ? MATRIX_COLUMNS : 1, PARTS = FACTORS / FLOATS }; /* what registers hold */
+    /* What registers hold: SSE2 has half as many numbers in each. */
+    enum { PARTS = FACTORS / FLOATS, COLUMNS = PARTS == 1 ? MATRIX_COLUMNS : 1 };
     for (int64_t first = 0; first < rows; first += COLUMNS) {
         floats sums[MATRIX_ROWS][COLUMNS][PARTS];
         float last[MATRIX_ROWS][COLUMNS][FACTORS];
@@ -296,6 +296,20 @@ static inline double spread_product(
     memcpy(last, products, sizeof last);
     for (int d = 0; d < FACTORS; d++) found *= last[d];
     return found;
+}
+
+/* Set target[j] to values[j] * scale, rounded to the nearest integer (even at ties), at most 32767 off 0.
+
+   Adding 1.5 * 2^23 to a number that is small against it leaves no binary digit for fractions, so that the sum is rounded
+   to an integer as `rint` does it, which gcc and clang call once a number if the machine has only SSE2. NaN becomes -32767. */
+static inline void quantise(const float *restrict values, int16_t *restrict target, int64_t count, float scale) {
+    const float most = 32767.0f, rounding = 12582912.0f;
+    for (int64_t j = 0; j < count; j++) {
+        float value = values[j] * scale;
+        value = value > -most ? value : -most;
+        value = value < most ? value : most;
+        target[j] = (int16_t)(int32_t)((value + rounding) - rounding);
+    }
 }
 
 /* Return the position of the lowest bit of a mask other than 0. */
