@@ -43,8 +43,8 @@ enum {
     WIDTH = 32,         /* numbers of a page's line */
     FACTORS = 8,        /* sums or products side by side */
     MATRIX_ROWS = 4,    /* of a matrix that are worked on at once, */
-    MATRIX_COLUMNS = 3, /* with so many of another one, */
-    VECTORS = 3,        /* or with so many vectors: twelve sums side by side, each number read once */
+    MATRIX_COLUMNS = 3, /* with at most so many lines of another one, */
+    VECTORS = 3,        /* or with so many vectors: twelve sums side by side fill the registers */
 };
 
 #if defined(__GNUC__) || defined(__clang__)
@@ -76,7 +76,8 @@ static inline int all_hold(float_flags flags) {
     return all == -1;
 }
 
-/* Load as many floats as `doubles` has numbers, and convert them: gcc 12 does this number by number if left to itself. */
+/* Load as many floats as `doubles` has numbers, and convert them. The intrinsics are there because gcc 12 converts
+   number by number if left to itself. */
 #if defined(__AVX2__)
 typedef __m128 halves;
 static inline halves load_halves(const float *from) { return _mm_loadu_ps(from); }
@@ -194,7 +195,8 @@ static inline void line_products(
         for (int64_t at = 0; at < count; at += FACTORS)
             for (int p = 0; p < PARTS; p++) {
                 floats each[COLUMNS];
-                for (int j = 0; j < COLUMNS; j++) each[j] = load_floats(others + (first + j) * columns + at + p * FLOATS);
+                for (int j = 0; j < COLUMNS; j++)
+                    each[j] = load_floats(others + (first + j) * columns + at + p * FLOATS);
                 for (int k = 0; k < MATRIX_ROWS; k++) {
                     const floats line = load_floats(lines + k * columns + at + p * FLOATS);
                     for (int j = 0; j < COLUMNS; j++) sums[k][j][p] += line * each[j];
@@ -233,7 +235,7 @@ static inline void weighted_sums(
     }
 }
 
-/* Multiply variances: the product of max(squares[d] * scale - (sums[d] * scale)^2, 0) + floor for d = begin ... end - 1.
+/* Multiply variances: max(squares[d] * scale - (sums[d] * scale)^2, 0) + floor for d = begin ... end - 1.
 
    begin, end      So many blocks of `FACTORS`, with no product of every eighth beyond a double.
    scale           What turns a sum into a mean.
@@ -300,8 +302,9 @@ static inline double spread_product(
 
 /* Set target[j] to values[j] * scale, rounded to the nearest integer (even at ties), at most 32767 off 0.
 
-   Adding 1.5 * 2^23 to a number that is small against it leaves no binary digit for fractions, so that the sum is rounded
-   to an integer as `rint` does it, which gcc and clang call once a number if the machine has only SSE2. NaN becomes -32767. */
+   Adding 1.5 * 2^23 to a number that is small against it leaves no binary digit for fractions, so that the sum is
+   rounded to an integer as `rint` does it, which gcc and clang call once a number where there is only SSE2.
+   NaN becomes -32767. */
 static inline void quantise(const float *restrict values, int16_t *restrict target, int64_t count, float scale) {
     const float most = 32767.0f, rounding = 12582912.0f;
     for (int64_t j = 0; j < count; j++) {
