@@ -22,7 +22,6 @@
 #ifndef MOSSAR_STREAM_SIMD_H
 #define MOSSAR_STREAM_SIMD_H
 
-#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -44,8 +43,8 @@ enum {
     WIDTH = 32,         /* numbers of a page's line */
     FACTORS = 8,        /* sums or products side by side */
     MATRIX_ROWS = 4,    /* of a matrix that are worked on at once, */
-    MATRIX_COLUMNS = 3, /* with so many of another one, */
-    VECTORS = 3,        /* or with so many vectors: twelve sums side by side, each number read once */
+    MATRIX_COLUMNS = 3, /* with at most so many lines of another one, */
+    VECTORS = 3,        /* or with so many vectors: twelve sums side by side fill the registers */
 };
 
 #if defined(__GNUC__) || defined(__clang__)
@@ -77,7 +76,8 @@ static inline int all_hold(float_flags flags) {
     return all == -1;
 }
 
-/* Load as many floats as `doubles` has numbers, and convert them: gcc 12 does this number by number if left to itself. */
+/* Load as many floats as `doubles` has numbers, and convert them. The intrinsics are there because gcc 12 converts
+   number by number if left to itself. */
 #if defined(__AVX2__)
 typedef __m128 halves;
 static inline halves load_halves(const float *from) { return _mm_loadu_ps(from); }
@@ -184,7 +184,8 @@ static inline void line_products(
     float *restrict goal, int64_t goal_columns, const float *restrict lines, const float *restrict others,
     int64_t rows, int64_t columns, int64_t count
 ) {
-    enum { COLUMNS = FLOATS == FACTORS ? MATRIX_COLUMNS : 1, PARTS = FACTORS / FLOATS }; /* what registers hold */
+    /* What registers hold: SSE2 has half as many numbers in each. */
+    enum { PARTS = FACTORS / FLOATS, COLUMNS = PARTS == 1 ? MATRIX_COLUMNS : 1 };
     for (int64_t first = 0; first < rows; first += COLUMNS) {
         floats sums[MATRIX_ROWS][COLUMNS][PARTS];
         float last[MATRIX_ROWS][COLUMNS][FACTORS];
@@ -194,7 +195,8 @@ static inline void line_products(
         for (int64_t at = 0; at < count; at += FACTORS)
             for (int p = 0; p < PARTS; p++) {
                 floats each[COLUMNS];
-                for (int j = 0; j < COLUMNS; j++) each[j] = load_floats(others + (first + j) * columns + at + p * FLOATS);
+                for (int j = 0; j < COLUMNS; j++)
+                    each[j] = load_floats(others + (first + j) * columns + at + p * FLOATS);
                 for (int k = 0; k < MATRIX_ROWS; k++) {
                     const floats line = load_floats(lines + k * columns + at + p * FLOATS);
                     for (int j = 0; j < COLUMNS; j++) sums[k][j][p] += line * each[j];
@@ -233,7 +235,7 @@ static inline void weighted_sums(
     }
 }
 
-/* Multiply variances: the product of max(squares[d] * scale - (sums[d] * scale)^2, 0) + floor for d = begin ... end - 1.
+/* Multiply variances: max(squares[d] * scale - (sums[d] * scale)^2, 0) + floor for d = begin ... end - 1.
 
    begin, end      So many blocks of `FACTORS`, with no product of every eighth beyond a double.
    scale           What turns a sum into a mean.
@@ -296,6 +298,21 @@ static inline double spread_product(
     memcpy(last, products, sizeof last);
     for (int d = 0; d < FACTORS; d++) found *= last[d];
     return found;
+}
+
+/* Set target[j] to values[j] * scale, rounded to the nearest integer (even at ties), at most 32767 off 0.
+
+   Adding 1.5 * 2^23 to a number that is small against it leaves no binary digit for fractions, so that the sum is
+   rounded to an integer as `rint` does it, which gcc and clang call once a number where there is only SSE2.
+   NaN becomes -32767. */
+static inline void quantise(const float *restrict values, int16_t *restrict target, int64_t count, float scale) {
+    const float most = 32767.0f, rounding = 12582912.0f;
+    for (int64_t j = 0; j < count; j++) {
+        float value = values[j] * scale;
+        value = value > -most ? value : -most;
+        value = value < most ? value : most;
+        target[j] = (int16_t)(int32_t)((value + rounding) - rounding);
+    }
 }
 
 /* Return the position of the lowest bit of a mask other than 0. */
