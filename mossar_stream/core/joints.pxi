@@ -238,7 +238,7 @@ cdef inline bint _step_complete(Plan* plan, Floats body, PositionSpan frame, dou
     for first from 0 <= first < plan.padded_joints by PAGE:
         page = page_of(body, first)
         _joints_measure(page)
-        if not page_within(page.at, WORK, reach * reach):
+        if not page_within(page.at, WORK, <float>(reach * reach)):
             return False
     cx, cy, cz = _center_step(plan, body)
     for first from 0 <= first < plan.padded_joints by PAGE:

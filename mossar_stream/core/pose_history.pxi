@@ -12,7 +12,6 @@ cdef float PER_QUANTUM = 8192.0
 cdef enum:
     FIRST_JOINT = 0
     NEWEST = 0  # no kept pose is later than this one
-cdef float MOST_QUANTA = 32767.0
 cdef float REST_SPEED = 0.10000000149011612  # m/s, added before the logarithm, so that rest is log 0.1
 cdef double MARGIN = 0.0001  # s, for the rounding of timestamps
 cdef float LOG_2 = 0.6931471824645996
@@ -65,8 +64,9 @@ cdef inline double keep_pose(PoseHistory* history, Floats body, int64_t frame, d
     Returns:
         s; 0 for a pose that is not kept, or the first one.
     """
-    cdef int64_t here, last, first, axis, begin
+    cdef int64_t here, last, first, axis
     cdef double stood_for
+    cdef Shorts target
     cdef History* state
     cdef MarkSpan marks
     state = history.state
@@ -81,19 +81,13 @@ cdef inline double keep_pose(PoseHistory* history, Floats body, int64_t frame, d
     marks.at[here].weight = state.debt
     for first from 0 <= first < history.poses.columns by PAGE:
         for axis in range(3):
-            begin = first // PAGE * PAGE_SIZE + POSE_X + axis * PAGE
-            _quantise(part_of_floats(body, begin, begin + PAGE), part_of_shorts(row_of_shorts(plane_of_shorts(history.poses, here), axis), first, first + PAGE))
+            target = part_of_shorts(row_of_shorts(plane_of_shorts(history.poses, here), axis), first, first + PAGE)
+            quantise(page_of(body, first).at + POSE_X + axis * PAGE, target.at, target.count, PER_QUANTUM)
     stood_for = state.debt
     state.debt = 0.0
     state.head = here + 1 if here + 1 < marks.count else 0
     state.filled = min(state.filled + 1, marks.count)
     return stood_for
-
-
-cdef inline void _quantise(Floats values, Shorts target) noexcept nogil:
-    cdef int64_t j
-    for j in range(target.count):
-        target.at[j] = <int16_t>min(max(rintf(values.at[j] * PER_QUANTUM), -MOST_QUANTA), MOST_QUANTA)
 
 
 cdef inline double follow_speeds(PoseHistory* history, Floats body, double time, float offset) noexcept nogil:
@@ -142,7 +136,7 @@ cdef inline double measure_speeds(PoseHistory* history, Floats body, double time
     for first from 0 <= first < poses.columns by PAGE:
         page = page_of(body, first)
         target = part_of_floats(page, speed, speed + min(PAGE, poses.columns - first))
-        _speeds(_axes(from_floats(page, pose)), plane_of_shorts(poses, past), first, rate, target)
+        _speeds(_axes(from_floats(page, pose)), plane_of_shorts(poses, max(past, 0)), first, rate, target)
         squares += page_product(page.at, speed, speed)
     return squares
 
@@ -181,7 +175,7 @@ cdef inline int64_t _past_place(PoseHistory* history, double time, int64_t newes
 
 
 cdef inline float _rate(MarkSpan marks, int64_t past, double time) noexcept nogil:
-    """Return what turns a way since a kept pose into a speed, 1/s; 0 where there is none."""
+    """Return what turns a way since a kept pose into a speed, 1/s; 0 where there is none, of which `past` is -1."""
     cdef double span
     span = time - marks.at[past].time if past >= 0 else 0.0
     return <float>(1.0 / span if span > MARGIN else 0.0)
@@ -270,7 +264,7 @@ cdef void load_pose(PoseHistory* history, FloatRows pose, int64_t back) noexcept
     time = history.marks.at[here].time
     past = _past_place(history, time, back + 1)
     rate = _rate(history.marks, past, time)
-    _speeds((row_of_floats(pose, 0), row_of_floats(pose, 1), row_of_floats(pose, 2)), plane_of_shorts(history.poses, past), FIRST_JOINT, rate, row_of_floats(pose, 3))
+    _speeds((row_of_floats(pose, 0), row_of_floats(pose, 1), row_of_floats(pose, 2)), plane_of_shorts(history.poses, max(past, 0)), FIRST_JOINT, rate, row_of_floats(pose, 3))
     _log_speeds(row_of_floats(pose, 3), REST_SPEED)
     mark_absent(history.body, pose)
 
@@ -278,9 +272,9 @@ cdef void load_pose(PoseHistory* history, FloatRows pose, int64_t back) noexcept
 cdef void keep_all_along(PoseHistory* history, int64_t j) noexcept nogil:
     """Let a joint have been where it is now in all poses that are kept."""
     cdef int64_t k, axis, back
-    cdef Floats here
+    cdef Shorts target
     k = place(j)
     for axis in range(3):
-        here = part_of_floats(history.body, k + POSE_X + axis * PAGE, k + POSE_X + axis * PAGE + 1)
         for back in range(history.state.filled):
-            _quantise(here, part_of_shorts(row_of_shorts(plane_of_shorts(history.poses, place_back(history, back)), axis), j, j + 1))
+            target = row_of_shorts(plane_of_shorts(history.poses, place_back(history, back)), axis)
+            quantise(history.body.at + k + POSE_X + axis * PAGE, target.at + j, 1, PER_QUANTUM)
