@@ -56,7 +56,9 @@ cdef void start_open_segment(OpenSegment* segment) noexcept nogil:
     state.last_speed = 0.0
 
 
-cdef inline void note_last_frame(OpenSegmentState* state, double time, double weight, int64_t moving, double speed) noexcept nogil:
+cdef inline void note_last_frame(
+    OpenSegmentState* state, double time, double weight, int64_t moving, double speed
+) noexcept nogil:
     """Note the last frame, which joins a summary when the next one has come."""
     state.last_time = time
     state.last_weight = weight
@@ -64,7 +66,9 @@ cdef inline void note_last_frame(OpenSegmentState* state, double time, double we
     state.last_speed = speed
 
 
-cdef inline void split(OpenSegment* segment, Curve* curve, Clock* clock, double value, double scale, bint seen) noexcept nogil:
+cdef inline void split(
+    OpenSegment* segment, Curve* curve, Clock* clock, double value, double scale, bint seen
+) noexcept nogil:
     """Take the next velocity in, give the last frame to its summary, and close the segment that a key frame ends.
 
     Args:
@@ -102,7 +106,9 @@ cdef inline void split(OpenSegment* segment, Curve* curve, Clock* clock, double 
         state.since = allocate(segment.slots, segment.unused, segment.summaries)
 
 
-cdef inline void place_last_frame(OpenSegment* segment, int64_t candidate, int64_t run_length, bint goes_on) noexcept nogil:
+cdef inline void place_last_frame(
+    OpenSegment* segment, int64_t candidate, int64_t run_length, bint goes_on
+) noexcept nogil:
     """Give the last frame to the summary it belongs to, and the run with it if the run is over.
 
     Args:
@@ -133,10 +139,10 @@ cdef inline void add_last_frame(OpenSegment* segment, int64_t slot) noexcept nog
     """Add the last frame to a summary, or to the sums in the body that wait for it."""
     cdef SummaryFrame frame
     cdef OpenSegmentState* state
-    cdef int64_t joints
     state = segment.state
-    joints = segment.plan.joints
-    frame = SummaryFrame(segment.body, segment.pose, joints, state.last_time, state.last_weight, state.last_moving, state.last_speed)
+    frame.body, frame.pose, frame.joints = segment.body, segment.pose, segment.plan.joints
+    frame.time, frame.weight = state.last_time, state.last_weight
+    frame.moving, frame.speed = state.last_moving, state.last_speed
     add_frame(segment.params, row_of_doubles(segment.summaries, slot), &frame)
 
 

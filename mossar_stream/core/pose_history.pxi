@@ -7,23 +7,20 @@ the poses between with it. Poses are kept as 16-bit multiples of 1/8192 m relati
 cdef double RATE = 30.0  # Hz
 cdef double SPACING = 0.8 / RATE  # s; poses are kept at least this far apart
 cdef double SPEED_WINDOW = 0.1  # s, over which speeds are taken
-cdef float QUANTUM = 0.0001220703125  # m
+cdef float QUANTUM = 1.0 / 8192.0  # m
 cdef float PER_QUANTUM = 8192.0
-cdef enum:
-    FIRST_JOINT = 0
-    NEWEST = 0  # no kept pose is later than this one
-cdef float REST_SPEED = 0.10000000149011612  # m/s, added before the logarithm, so that rest is log 0.1
+cdef float REST_SPEED = 0.1  # m/s, added before the logarithm, so that rest is log 0.1
 cdef double MARGIN = 0.0001  # s, for the rounding of timestamps
-cdef float LOG_2 = 0.6931471824645996
+cdef float LOG_2 = 0.6931471805599453
 cdef enum:
-    EXPONENT_SHIFT = 23  # of a float32; the bits of √½
-    ROOT_HALF = 1060439283
+    EXPONENT_SHIFT = 23  # of a float32
+    ROOT_HALF = 0x3F3504F3  # the bits of √½
 cdef float THIRD = 1.0 / 3.0, FIFTH = 1.0 / 5.0, SEVENTH = 1.0 / 7.0  # of the series of log((1 + z)/(1 - z))
 
 cdef struct Mark:
-    double time  # s, number, s that the pose stands for
-    int64_t frame  # s, number, s that the pose stands for
-    double weight  # s, number, s that the pose stands for
+    double time  # s
+    int64_t frame  # its number
+    double weight  # s that the pose stands for
 
 
 cdef struct MarkSpan:
@@ -51,7 +48,9 @@ cdef void start_history(History* state) noexcept nogil:
     state.debt = 0.0
 
 
-cdef inline double keep_pose(PoseHistory* history, Floats body, int64_t frame, double time, double weight) noexcept nogil:
+cdef inline double keep_pose(
+    PoseHistory* history, Floats body, int64_t frame, double time, double weight
+) noexcept nogil:
     """Keep the pose of the last used frame if one is due, and return the time it stands for.
 
     Args:
@@ -114,7 +113,9 @@ cdef inline double follow_speeds(PoseHistory* history, Floats body, double time,
     return squares
 
 
-cdef inline double measure_speeds(PoseHistory* history, Floats body, double time, int64_t pose, int64_t speed) noexcept nogil:
+cdef inline double measure_speeds(
+    PoseHistory* history, Floats body, double time, int64_t pose, int64_t speed
+) noexcept nogil:
     """Set the joints' speeds, m/s, in the body, and return the sum of their squares, (m/s)².
 
     Args:
@@ -130,7 +131,7 @@ cdef inline double measure_speeds(PoseHistory* history, Floats body, double time
     cdef double squares
     cdef Floats page, target
     poses = history.poses
-    past = _past_place(history, time, NEWEST)
+    past = _past_place(history, time, 0)
     rate = _rate(history.marks, past, time)
     squares = 0.0
     for first from 0 <= first < poses.columns by PAGE:
@@ -181,7 +182,9 @@ cdef inline float _rate(MarkSpan marks, int64_t past, double time) noexcept nogi
     return <float>(1.0 / span if span > MARGIN else 0.0)
 
 
-cdef inline void _speeds((Floats, Floats, Floats) axes, ShortRows past, int64_t first, float rate, Floats speeds) noexcept nogil:
+cdef inline void _speeds(
+    (Floats, Floats, Floats) axes, ShortRows past, int64_t first, float rate, Floats speeds
+) noexcept nogil:
     """Set `speeds` to the joints' speeds, m/s."""
     cdef int64_t j
     cdef Floats x, y, z
@@ -257,14 +260,18 @@ cdef void load_pose(PoseHistory* history, FloatRows pose, int64_t back) noexcept
     cdef int64_t here, axis, past, j
     cdef double time
     cdef float rate
+    cdef ShortRows kept
+    cdef (Floats, Floats, Floats) axes
     here = place_back(history, back)
+    kept = plane_of_shorts(history.poses, here)
     for axis in range(3):
         for j in range(pose.columns):
-            pose.at[axis * pose.columns + j] = <float>history.poses.at[(here * history.poses.rows + axis) * history.poses.columns + j] * QUANTUM
+            pose.at[axis * pose.columns + j] = <float>kept.at[axis * kept.columns + j] * QUANTUM
     time = history.marks.at[here].time
     past = _past_place(history, time, back + 1)
     rate = _rate(history.marks, past, time)
-    _speeds((row_of_floats(pose, 0), row_of_floats(pose, 1), row_of_floats(pose, 2)), plane_of_shorts(history.poses, max(past, 0)), FIRST_JOINT, rate, row_of_floats(pose, 3))
+    axes = row_of_floats(pose, 0), row_of_floats(pose, 1), row_of_floats(pose, 2)
+    _speeds(axes, plane_of_shorts(history.poses, max(past, 0)), 0, rate, row_of_floats(pose, 3))
     _log_speeds(row_of_floats(pose, 3), REST_SPEED)
     mark_absent(history.body, pose)
 

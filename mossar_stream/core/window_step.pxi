@@ -13,7 +13,8 @@ cdef enum:
     REPORTED = 1
     UNREPORTED = 0
 cdef double LAST_OF_ALL = 1.7976931348623157e+308  # s, when all labels are due
-cdef double CLEAR = 2.0  # a strength so many times the level, or less than one part in so many of it, is a clear decision
+# a strength so many times the level, or less than one part in so many of it, is a clear decision
+cdef double CLEAR = 2.0
 cdef double LOG_REST_SPEED = -2.3025851249694824  # log speed of a joint at rest
 
 
@@ -103,7 +104,7 @@ cdef inline Scratch _scratch_of(Plan* plan, Bytes memory) noexcept nogil:
     scratch.removed = ints(integers + 2 * places, places)
     scratch.active = ints(integers + 3 * places, places)
     scratch.labels = ints(integers + 4 * places, places)
-    scratch.links = ints_in_rows(integers + 5 * places, 5, places)
+    scratch.links = integers + 5 * places
     scratch.costs = doubles(numbers, places)
     scratch.strengths = doubles(numbers + places, places)
     return scratch
