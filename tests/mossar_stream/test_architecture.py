@@ -63,8 +63,8 @@ def test_steps_are_named():
 def included(path):
     """Yield the files that a file of Cython includes, and those that these include, in order."""
     for name in re.findall(r"^include \"(.+)\"", path.read_text(encoding="utf-8"), re.MULTILINE):
-        beside, home = (path.parent / name).resolve(), (CORE / "core" / name).resolve()
-        found = beside if beside.exists() else home
+        homes = path.parent, CORE / "core", ROOT
+        found = next(home / name for home in homes if (home / name).exists()).resolve()
         yield found
         yield from included(found)
 
