@@ -204,13 +204,13 @@ cdef (
         is_over = i < state.bouts
         bout_begin = bouts.at[i].begin if is_over else state.since
         bout_end = bouts.at[i].end if is_over else state.above
-        if _counts(bout_begin, bout_end, begin, end, late):
+        if _is_in_segment(bout_begin, bout_end, begin, end, late):
             first = min(max(bout_begin, begin), end) if isnan(first) else first
             last = max(min(bout_end, end), first)
     return first, last
 
 
-cdef inline bint _counts(double bout_begin, double bout_end, double begin, double end, double late) noexcept nogil:
+cdef inline bint _is_in_segment(double bout_begin, double bout_end, double begin, double end, double late) noexcept nogil:
     """Tell whether a bout is one of a segment: a brief one where it begins, others where more than `BRIEF_BOUT` lies."""
     cdef double inside
     cdef bint covers

@@ -29,7 +29,7 @@ cdef void add_newcomers(
     plan = joints.plan
     body = joints.body
     joints.state.arrived = 0
-    flush_waiting(segment)
+    add_waiting_frames(segment)
     _let_count(joints, filtered)
     center = center_of(plan, joints.state, body)
     for j in range(plan.joints):

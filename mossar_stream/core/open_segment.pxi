@@ -44,9 +44,9 @@ cdef void start_open_segment(OpenSegment* segment) noexcept nogil:
         sums = part_of_floats(segment.body, first + SUM_X, first + SUM_PATH + PAGE)
         for i in range(sums.count):
             sums.at[i] = 0.0
-    state.settled = allocate(segment.slots, segment.unused, segment.summaries)
-    state.since = allocate(segment.slots, segment.unused, segment.summaries)
-    state.run = allocate(segment.slots, segment.unused, segment.summaries)
+    state.settled = take_slot(segment.slots, segment.unused, segment.summaries)
+    state.since = take_slot(segment.slots, segment.unused, segment.summaries)
+    state.run = take_slot(segment.slots, segment.unused, segment.summaries)
     state.closed = NO_SLOT
     state.fed = state.settled
     state.waiting = 0
@@ -103,7 +103,7 @@ cdef inline void split(
         forget_candidate(curve)
         state.closed = state.settled
         state.settled = state.since
-        state.since = allocate(segment.slots, segment.unused, segment.summaries)
+        state.since = take_slot(segment.slots, segment.unused, segment.summaries)
 
 
 cdef inline void place_last_frame(
@@ -125,12 +125,12 @@ cdef inline void place_last_frame(
     target = state.since if candidate >= 0 else state.settled
     slot = state.run if goes_on or run_length > 1 else target
     if slot != state.fed or state.waiting >= MOST_WAITING:
-        flush_waiting(segment)
+        add_waiting_frames(segment)
         state.fed = slot
     add_last_frame(segment, slot)
     state.waiting += 1
     if slot != target and not goes_on:
-        flush_waiting(segment)
+        add_waiting_frames(segment)
         merge_into(segment.params, row_of_doubles(summaries, target), row_of_doubles(summaries, slot))
         empty(row_of_doubles(summaries, slot))
 
@@ -146,7 +146,7 @@ cdef inline void add_last_frame(OpenSegment* segment, int64_t slot) noexcept nog
     add_frame(segment.params, row_of_doubles(segment.summaries, slot), &frame)
 
 
-cdef inline void flush_waiting(OpenSegment* segment) noexcept nogil:
+cdef inline void add_waiting_frames(OpenSegment* segment) noexcept nogil:
     """Add the sums that wait to the summary they belong to; before anything else is done with it."""
     cdef OpenSegmentState* state
     state = segment.state
@@ -159,7 +159,7 @@ cdef void settle(OpenSegment* segment) noexcept nogil:
     """Give what came since the candidate to what came before it."""
     cdef OpenSegmentState* state
     cdef DoubleRows summaries
-    flush_waiting(segment)
+    add_waiting_frames(segment)
     state = segment.state
     summaries = segment.summaries
     merge_into(segment.params, row_of_doubles(summaries, state.settled), row_of_doubles(summaries, state.since))

@@ -14,7 +14,7 @@ cdef float LEAST_DISTANCE = 1e-12
 cdef float LEAST_SQUARE = 1e-24
 
 cdef enum:
-    MOST_VARIANCES = 24 * FACTORS  # that are multiplied before a logarithm is taken
+    MOST_VARIANCES = 24 * 8  # that are multiplied before a logarithm is taken
 
 
 cdef struct Likelihood:
