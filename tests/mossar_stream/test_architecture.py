@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 CORE = ROOT / "mossar_stream"
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-ROOMS = "core|engine|following|moves|poses|readers|repetitions|segmenter|similarity|steps"
+ROOMS = "core|following|moves|poses|readers|repetitions|segmenter|similarity|steps"
 NAMES = sorted(set(re.findall(rf"`((?:{ROOMS})\.[a-zA-Z_.]+)`", PAGE[PAGE.index("## One push") :])))
 COMPILED = PAGE[PAGE.index("## The compiled core") : PAGE.index("## From datagram")]
 IN_CORE = re.findall(r"`(\w+\.pxi)`", "".join(re.findall(r"^\| (`\w+\.pxi`.*?) \|", COMPILED, re.MULTILINE)))
@@ -25,13 +25,17 @@ FLOORS = {
 }
 
 
-def cython_file(parts):
-    """Return the file of Cython that a name begins with, and what is left of the name."""
+def is_cython(parts):
+    """Tell whether a name is a file of Cython, or a function or record in one."""
     for count in range(len(parts), 0, -1):
         path = CORE.joinpath(*parts[:count]).with_suffix(".pxi")
         if path.exists():
-            return path, parts[count:]
-    return None, parts
+            patterns = (
+                rf"^(?:cdef |cpdef |def )[^:=]*?\b{name}\(|^cdef struct {name}:" for name in parts[count:]
+            )
+            text = path.read_text(encoding="utf-8")
+            return all(re.search(pattern, text, re.MULTILINE) for pattern in patterns)
+    return False
 
 
 def python_object(parts):
@@ -49,11 +53,8 @@ def python_object(parts):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_step_of_a_push_is_where_the_page_says(name):
-    path, rest = cython_file(name.split("."))
-    if path is None:
-        python_object(rest)
-    for function in rest if path else ():
-        assert re.search(rf"^c?p?def [^=\n]*\b{function}\(", path.read_text(encoding="utf-8"), re.MULTILINE)
+    parts = name.split(".")
+    assert is_cython(parts) or python_object(parts)
 
 
 def test_steps_are_named():
@@ -84,21 +85,33 @@ def test_files_of_the_other_rooms_are_listed():
     assert {room: set(names) for room, names in IN_ROOMS.items()} == found
 
 
+def room_of(module):
+    """Return the room of a module; the compiled core has a floor of its own."""
+    parts = module.split(".")[1:]
+    return "core.kernels" if parts in (["core", "kernels"], ["core", "choosing"]) else parts[0]
+
+
 def rooms_imported_by(path):
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "mossar_stream":
-            names = [node.module] if "." in node.module else [f"mossar_stream.{n.name}" for n in node.names]
-            yield from (name.split(".")[1] for name in names)
+            below = [f"{node.module}.{name.name}" for name in node.names]
+            yield from (
+                room_of(module if "." not in node.module or module.endswith("kernels") else node.module)
+                for module in below
+            )
 
 
 def test_rooms_import_nothing_from_a_floor_above():
-    rooms = {path.relative_to(CORE).with_suffix("").parts[0] for path in CORE.rglob("*.py")} - {"__init__"}
-    assert rooms == set(FLOORS)
-    upward = {
-        f"{path.relative_to(CORE)}: {room}"
+    modules = {
+        path: ".".join(("mossar_stream", *path.relative_to(CORE).with_suffix("").parts))
         for path in CORE.rglob("*.py")
+        if path != CORE / "__init__.py"
+    }
+    assert set(map(room_of, modules.values())) == set(FLOORS)
+    upward = {
+        f"{module}: {room}"
+        for path, module in modules.items()
         for room in rooms_imported_by(path)
-        if path.parent != CORE or path.stem != "__init__"
-        if FLOORS.get(room, 0) > FLOORS[path.relative_to(CORE).with_suffix("").parts[0]]
+        if FLOORS.get(room, 9) > FLOORS[room_of(module)]
     }
     assert not upward
