@@ -38,7 +38,7 @@ PLANTED = """
 from libc.stdlib cimport free, malloc
 
 
-def planted_address(Py_ssize_t index):
+def _planted_address(Py_ssize_t index):
     cdef double* room = <double*> malloc(8 * sizeof(double))
     room[index] = 1.0
     value = room[index]
@@ -46,12 +46,12 @@ def planted_address(Py_ssize_t index):
     return value
 
 
-def planted_overflow(int64_t value, int64_t more):
+def _planted_overflow(int64_t value, int64_t more):
     return value + more
 """
 PLANTS = {
-    "planted_address(8)": "heap-buffer-overflow",
-    "planted_overflow(2**62, 2**62)": "signed integer overflow",
+    "_planted_address(8)": "heap-buffer-overflow",
+    "_planted_overflow(2**62, 2**62)": "signed integer overflow",
 }
 CORE = {"MOSSAR_CORE": "baseline"}
 
@@ -117,7 +117,7 @@ def sanitizer_variables() -> dict[str, str]:
 
 def is_found(call: str, message: str, copy: Path, variables: dict[str, str]) -> bool:
     """Run a call of what is planted, and return whether it ended with the message."""
-    program = [sys.executable, "-c", f"from mossar_stream.core import kernels; kernels.{call}"]
+    program = [sys.executable, "-c", f"from mossar_stream.core import baseline; baseline.{call}"]
     done = subprocess.run(program, cwd=copy, env=variables, capture_output=True, text=True, check=False)  # noqa: S603
     if done.returncode == 0 or message not in done.stderr:
         print(done.stdout + done.stderr)
