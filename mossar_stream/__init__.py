@@ -1,7 +1,7 @@
 """Streaming Mossar: reports, live, where one human motion ends and the next begins.
 
-The public names stand once, in `__init__.pyi`. They are loaded when they are first used, so that `import mossar_stream` does not
-wait for the compiler.
+The public names stand once, in `__init__.pyi`. They are loaded when they are first used, so that `mossar --help` loads neither
+numpy nor the core.
 """
 
 import ast

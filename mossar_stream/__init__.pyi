@@ -49,7 +49,6 @@ from mossar_stream.frames import Frames as Frames
 from mossar_stream.frames import constant_times as constant_times
 from mossar_stream.frames import narrow as narrow
 from mossar_stream.frames import performer_name as performer_name
-from mossar_stream.jit.listening import on_first_compile as on_first_compile
 from mossar_stream.moves.example import Example as Example
 from mossar_stream.moves.explaining import Explanation as Explanation
 from mossar_stream.moves.joints import joint_places as joint_places
@@ -59,7 +58,6 @@ from mossar_stream.moves.rules import FACINGS as FACINGS
 from mossar_stream.moves.rules import Facing as Facing
 from mossar_stream.moves.rules import MoveRule as MoveRule
 from mossar_stream.performers import Performers as Performers
-from mossar_stream.precompiling import precompile as precompile
 from mossar_stream.recording import KeyFrame as KeyFrame
 from mossar_stream.recording import Result as Result
 from mossar_stream.recording import Segment as Segment

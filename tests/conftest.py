@@ -1,41 +1,11 @@
-"""What tests of every package share: when kernels are compiled; disks that are full or read-only."""
+"""What tests of every package share: disks that are full or read-only, and events."""
 
 import shutil
 import subprocess
 
-import numpy as np
 import pytest
 
-from mossar_stream import (
-    FollowEvent,
-    KeyFrameEvent,
-    Moves,
-    PoseEvent,
-    RepetitionEvent,
-    Segmenter,
-    SegmentEvent,
-    Settings,
-    Skeleton,
-    precompile,
-)
-
-
-def pytest_sessionstart(session):
-    """Compile once, on all cores, what otherwise every worker would compile for itself."""
-    if getattr(session.config.option, "numprocesses", None):  # workers have no option of this kind
-        compile_all()
-
-
-def compile_all():
-    """Compile the kernels of all measures, of repetitions, limbs and moves, or find them on disk."""
-    for similarity in ("evidence", "path_kernel"):  # the likelihood's are among the first
-        precompile(Settings(similarity=similarity))
-    pair = Skeleton(("hip", "hand"), (-1, 0))
-    wave = np.zeros((120, 2, 3), np.float32)
-    wave[:, 1, 0] = np.sin(np.arange(120) / 20)
-    moves = Moves(pair)
-    moves.add("wave", wave, fps=60.0)
-    Segmenter(pair, Settings(repetitions=True, limbs=True), moves=moves)
+from mossar_stream import FollowEvent, KeyFrameEvent, PoseEvent, RepetitionEvent, SegmentEvent
 
 
 def mounted(folder, *options):

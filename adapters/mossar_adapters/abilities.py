@@ -48,7 +48,7 @@ class SkipsWaiting(Protocol):
     """A live source that can discard what arrived before the program was ready."""
 
     def skip_waiting(self) -> None:
-        """Begin with what arrives from now on; may be called again before `items`, from one thread at a time."""
+        """Have `items` begin with what arrives from now on; called before it."""
 
 
 class Orders(Protocol):

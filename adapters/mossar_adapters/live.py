@@ -74,23 +74,16 @@ class Skipped:
             else:
                 self.kept.append(item)
 
-    def log(self, name: str, drops: int = 0) -> None:
-        """Log how much it was.
-
-        Args:
-            name: Of the source.
-            drops: Datagrams for which the system had no room.
-        """
-        if not self._frames and not drops:
+    def log(self, name: str) -> None:
+        """Log how many frames it was, of the source of that name."""
+        if self._span is None:
             return
-        first, last = self._span or (0.0, 0.0)
-        more = f"; the system had no room for {drops:,} datagrams" if drops else ""
-        _log.warning(
-            "%s: %s frames (%.1f s) came before the program was ready and were discarded%s",
+        first, last = self._span
+        _log.info(
+            "%s: %s frames (%.1f s) came before the program was ready and were discarded",
             name,
             f"{self._frames:,}",
             abs(last - first),
-            more,
         )
 
 

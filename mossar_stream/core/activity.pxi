@@ -23,7 +23,8 @@ cdef double UPPER_NOISE = 2.5
 cdef double UPPER_NOISE_NOW = 2.2
 cdef double LOWER_NOISE = 2.0
 cdef double ONSET_CONFIRMED = 0.03  # s above the upper line: a second frame at 30 Hz
-cdef double ACTIVITY_SETTLING = 0.15  # s at the start of a take, in which the speed spans too little time and noise is not known
+# s at the start of a take, in which the speed spans too little time and noise is not known
+cdef double ACTIVITY_SETTLING = 0.15
 cdef double BRIEF_BOUT = 0.15  # s; a bout that reaches into a segment for so long at most does not count in it
 cdef enum:
     IS_RESTING = 0  # as events.SEGMENT_STATES
@@ -68,7 +69,9 @@ cdef void activity_start_activity(ActivityState* state, double time) noexcept no
     state.above = INFINITY
 
 
-cdef inline void activity_follow_activity(Activity* activity, Floats body, double speed, (double, double) noises, (double, bint) moment, double rest_seconds) noexcept nogil:
+cdef inline void activity_follow_activity(
+    Activity* activity, Floats body, double speed, (double, double) noises, (double, bint) moment, double rest_seconds
+) noexcept nogil:
     """Process the speed of a frame.
 
     Args:
@@ -175,7 +178,9 @@ cdef void _keep_bout(Activity* activity) noexcept nogil:
     state.bouts += 1
 
 
-cdef (double, double) active_span(Activity* activity, double begin, double end, double path, double late) noexcept nogil:
+cdef (
+    double, double) active_span(Activity* activity, double begin, double end, double path, double late
+) noexcept nogil:
     """Return when the performer first and last moved in a segment, s; NaN if nothing moved.
 
     Args:
@@ -199,13 +204,13 @@ cdef (double, double) active_span(Activity* activity, double begin, double end, 
         is_over = i < state.bouts
         bout_begin = bouts.at[i].begin if is_over else state.since
         bout_end = bouts.at[i].end if is_over else state.above
-        if _counts(bout_begin, bout_end, begin, end, late):
+        if _is_in_segment(bout_begin, bout_end, begin, end, late):
             first = min(max(bout_begin, begin), end) if isnan(first) else first
             last = max(min(bout_end, end), first)
     return first, last
 
 
-cdef inline bint _counts(double bout_begin, double bout_end, double begin, double end, double late) noexcept nogil:
+cdef inline bint _is_in_segment(double bout_begin, double bout_end, double begin, double end, double late) noexcept nogil:
     """Tell whether a bout is one of a segment: a brief one where it begins, others where more than `BRIEF_BOUT` lies."""
     cdef double inside
     cdef bint covers

@@ -9,7 +9,9 @@ where it is now; the summaries of the segments keep where it was.
 """
 
 
-cdef void add_newcomers(Joints* joints, OpenSegment* segment, PoseHistory* history, DoubleRows filtered, float rest) noexcept nogil:
+cdef void add_newcomers(
+    Joints* joints, OpenSegment* segment, PoseHistory* history, DoubleRows filtered, float rest
+) noexcept nogil:
     """Let the joints count that are there for the first time, before the features of the frame are set.
 
     Args:
@@ -27,7 +29,7 @@ cdef void add_newcomers(Joints* joints, OpenSegment* segment, PoseHistory* histo
     plan = joints.plan
     body = joints.body
     joints.state.arrived = 0
-    flush_waiting(segment)
+    add_waiting_frames(segment)
     _let_count(joints, filtered)
     center = center_of(plan, joints.state, body)
     for j in range(plan.joints):

@@ -53,7 +53,9 @@ cdef inline (float, float) smoothing_weights(double dt) noexcept nogil:
     return (<float>kept, <float>(kept - (1.0 - kept) * SMOOTHING / dt))
 
 
-cdef void note_place(Candidate* candidate, Scales* scales, PoseHistory* history, Floats body, double time, int64_t joints) noexcept nogil:
+cdef void note_place(
+    Candidate* candidate, Scales* scales, PoseHistory* history, Floats body, double time, int64_t joints
+) noexcept nogil:
     """Note what is known of a candidate, or of a crossing, at the last frame.
 
     Args:

@@ -2,10 +2,11 @@
 
 cimport numpy as cnp
 from libc.math cimport (
-    INFINITY, NAN, M_PI, acos, asin, atan2, ceil, cos, exp, exp2, expf, floor, hypot, isfinite, isnan, log, log1p, logf, nextafter, pow, rint, rintf,
-    sin, sqrt, sqrtf,
+    INFINITY, M_PI, NAN, acos, asin, atan2, ceil, cos, exp, exp2, expf, fabsf, floor, hypot, isfinite, isnan, log, log1p, logf,
+    nextafter, pow, rint, rintf, sin, sqrt, sqrtf,
 )
 from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint8_t, uint64_t
+from libc.stdlib cimport calloc, free, malloc
 from libc.string cimport memcpy, memset
 
 cnp.import_array()
@@ -72,4 +73,6 @@ include "frame_step.pxi"
 include "middle.pxi"
 include "station.pxi"
 include "run.pxi"
+include "../similarity/comparison.pxi"
+include "../similarity/face.pxi"
 include "face.pxi"

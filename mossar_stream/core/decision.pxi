@@ -67,7 +67,7 @@ cdef int64_t decide_oldest(Window* w, int64_t settled, int64_t open_slot, int64_
         # The earlier segment takes the later one in, and then its place.
         merge_into(w.params, row_of_doubles(w.summaries, w.order.at[0]), row_of_doubles(w.summaries, following))
         close(w.params, row_of_doubles(w.summaries, w.order.at[0]))
-        free(w.slots, w.unused, following)
+        free_slot(w.slots, w.unused, following)
         if state.undecided > 1:
             w.order.at[1] = w.order.at[0]
         else:
@@ -129,7 +129,7 @@ cdef inline void _decision_leave(Window* w, int64_t settled, int64_t passed, int
     ended = w.order.at[0]
     for i in range(1, passed + 1):
         merge_into(w.params, row_of_doubles(summaries, ended), row_of_doubles(summaries, w.order.at[i]))
-        free(w.slots, w.unused, w.order.at[i])
+        free_slot(w.slots, w.unused, w.order.at[i])
     close(w.params, row_of_doubles(summaries, ended))
     _shift(w, passed + 1)
     following = w.order.at[0] if state.undecided > 0 else settled
@@ -138,7 +138,7 @@ cdef inline void _decision_leave(Window* w, int64_t settled, int64_t passed, int
     elif moves and frame > origin:
         move_poses(w, following, ended, origin, frame)
     if state.has_before == 1:
-        free(w.slots, w.unused, state.before)
+        free_slot(w.slots, w.unused, state.before)
     state.before = ended
     state.has_before = 1
     state.left_frame = frame

@@ -81,7 +81,9 @@ cdef Event* next_event(Clock* clock, EventSpan events, int64_t code) noexcept no
     return event
 
 
-cdef void put_key_frame(Clock* clock, EventSpan events, Point point, int64_t status, int64_t rev, int64_t decided) noexcept nogil:
+cdef void put_key_frame(
+    Clock* clock, EventSpan events, Point point, int64_t status, int64_t rev, int64_t decided
+) noexcept nogil:
     """Put a message about a key frame into the buffer; the last used frame is what caused it."""
     cdef Event* event
     event = next_event(clock, events, KEY_FRAME)

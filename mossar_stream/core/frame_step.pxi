@@ -198,7 +198,9 @@ cdef void _open_take(Row* state, Arrays* a, double time) noexcept nogil:
         forget_periods(a.periods)
 
 
-cdef inline double _velocity(Row* state, Arrays* a, PositionSpan frame, double time, double dt, bint first) noexcept nogil:
+cdef inline double _velocity(
+    Row* state, Arrays* a, PositionSpan frame, double time, double dt, bint first
+) noexcept nogil:
     """Return the velocity of a frame (equation 1), smoothed; the first one of a take has none."""
     cdef double displacement, velocity
     cdef Plan* plan

@@ -238,7 +238,7 @@ cdef inline bint _step_complete(Plan* plan, Floats body, PositionSpan frame, dou
     for first from 0 <= first < plan.padded_joints by PAGE:
         page = page_of(body, first)
         _joints_measure(page)
-        if not page_within(page.at, WORK, reach * reach):
+        if not page_within(page.at, WORK, <float>(reach * reach)):
             return False
     cx, cy, cz = _center_step(plan, body)
     for first from 0 <= first < plan.padded_joints by PAGE:
@@ -388,7 +388,9 @@ cdef double _step_partial(Joints* joints, PositionSpan frame, double time) noexc
     return _partial_sum(joints, frame, time, (cx, cy, cz), lost)
 
 
-cdef void _keep_centroid(Joints* joints, (float, float, float) way, (double, double, double) center_step) noexcept nogil:
+cdef void _keep_centroid(
+    Joints* joints, (float, float, float) way, (double, double, double) center_step
+) noexcept nogil:
     """Let the centroid stay where it is although a joint was carried along to another place than that where it is back."""
     cdef JointsState* state
     state = joints.state
@@ -397,7 +399,9 @@ cdef void _keep_centroid(Joints* joints, (float, float, float) way, (double, dou
     state.offset_z -= (way[2] - center_step[2]) / state.moving
 
 
-cdef double _partial_sum(Joints* joints, PositionSpan frame, double time, (double, double, double) center_step, bint lost) noexcept nogil:
+cdef double _partial_sum(
+    Joints* joints, PositionSpan frame, double time, (double, double, double) center_step, bint lost
+) noexcept nogil:
     """Turn the marks in STEP into paths, keep the joints that are there, and return the scaled sum."""
     cdef int64_t moving, j, k
     cdef Plan* plan

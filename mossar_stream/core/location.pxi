@@ -79,7 +79,9 @@ cdef inline int64_t best_pose(Window* w, int64_t open_slot, int64_t end_frame) n
     return place
 
 
-cdef inline (int64_t, double) _search(Window* w, int64_t open_slot, int64_t unmoved, int64_t direction, int64_t limit) noexcept nogil:
+cdef inline (
+    int64_t, double) _search(Window* w, int64_t open_slot, int64_t unmoved, int64_t direction, int64_t limit
+) noexcept nogil:
     """Move the border pose by pose away from `unmoved`; return the best place, -1 for unmoved, and its cost."""
     cdef int64_t border, place, passed
     cdef Doubles left, right, both

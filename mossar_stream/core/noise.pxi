@@ -22,7 +22,8 @@ Recordings with little noise, and performers who never rest, go through unchange
 cdef double MEMORY = 0.15  # s, time constant of the averages
 cdef double TURNED_BACK = -0.1  # correlation of successive displacements below which they are noise
 cdef double BEGINNING = 0.05  # s, at the start of a stream, in which every movement may be noise
-cdef double STILLNESS = 0.1  # s, without any displacement, after which the sensor is exactly still; shorter ones are repeated frames
+# s, without any displacement, after which the sensor is exactly still; shorter ones are repeated frames
+cdef double STILLNESS = 0.1
 cdef double DOUBT = 0.5  # what is added to the estimate for each frame's share in it
 cdef double SLOWEST_SMOOTHING = 0.1  # s, time constant of the smoothing
 cdef double DOUBLING = 5.0  # s, in which the quietest path that is remembered doubles
@@ -69,7 +70,9 @@ cdef void start_noise(RecentSums* recent) noexcept nogil:
     recent.still = 0.0
 
 
-cdef inline double calm_noise(Noise* noise, Plan* plan, double largest, Floats body, double displacement, double dt) noexcept nogil:
+cdef inline double calm_noise(
+    Noise* noise, Plan* plan, double largest, Floats body, double displacement, double dt
+) noexcept nogil:
     """Take a frame in, set `noise.floor`, and return the frame's path with the noise smoothed out of it.
 
     Where poses are filtered it sets `noise.loud` instead, and returns the path as it is.
@@ -100,7 +103,9 @@ cdef inline double calm_noise(Noise* noise, Plan* plan, double largest, Floats b
     return _smooth(noise, body, displacement, share)
 
 
-cdef inline void hear_noise(Noise* noise, Floats body, int64_t padded_joints, double displacement, double dt) noexcept nogil:
+cdef inline void hear_noise(
+    Noise* noise, Floats body, int64_t padded_joints, double displacement, double dt
+) noexcept nogil:
     """Learn from a frame what the sensor's noise is; see `calm_noise`."""
     cdef RecentSums* recent
     cdef double turned
@@ -122,7 +127,9 @@ cdef inline bint ends_stillness(Noise* noise) noexcept nogil:
     return noise.recent.time == 0.0 and noise.recent.still >= STILLNESS - TIME_ROUNDING
 
 
-cdef inline void hear_aside(Noise* noise, Floats body, int64_t padded_joints, double displacement, double dt) noexcept nogil:
+cdef inline void hear_aside(
+    Noise* noise, Floats body, int64_t padded_joints, double displacement, double dt
+) noexcept nogil:
     """Learn from a frame what the noise is without letting anything but the activity know."""
     noise.estimate = noise.aside
     hear_noise(noise, body, padded_joints, displacement, dt)

@@ -20,19 +20,24 @@ cdef double filter_joints(Plan* plan, Floats body, DoubleRows filtered, double d
         Path summed over the joints, m.
     """
     cdef int64_t j, axis
-    cdef double speed, now, slope
+    cdef double speed, now, slope, cutoff
+    cdef double* position
+    cdef double* rate
     for j in range(plan.joints):
         speed = 0.0
         for axis in range(3):
-            now = <double>body.at[place(j) + axis * Y]
+            now = body.at[place(j) + axis * Y]
+            position = filtered.at + axis * filtered.columns + j
+            rate = filtered.at + (3 + axis) * filtered.columns + j
             if dt <= 0.0:
-                filtered.at[axis * filtered.columns + j] = now
-                filtered.at[(3 + axis) * filtered.columns + j] = 0.0
+                position[0] = now
+                rate[0] = 0.0
                 continue
-            slope = (now - filtered.at[axis * filtered.columns + j]) / dt
-            filtered.at[(3 + axis) * filtered.columns + j] += _smoothing(DERIVATIVE_CUTOFF, dt) * (slope - filtered.at[(3 + axis) * filtered.columns + j])
-            speed += squared(filtered.at[(3 + axis) * filtered.columns + j])
-        body.at[place(j) + STEP] = _smoothing(plan.one_euro_cutoff + plan.one_euro_beta * sqrt(speed), dt) if dt > 0.0 else 0.0
+            slope = (now - position[0]) / dt
+            rate[0] += _smoothing(DERIVATIVE_CUTOFF, dt) * (slope - rate[0])
+            speed += squared(rate[0])
+        cutoff = plan.one_euro_cutoff + plan.one_euro_beta * sqrt(speed)
+        body.at[place(j) + STEP] = _smoothing(cutoff, dt) if dt > 0.0 else 0.0
     return _filtered_sum(plan, body, filtered)
 
 
@@ -47,9 +52,13 @@ cdef (double, double, double) _step_of(Floats body, DoubleRows filtered, int64_t
     """Return how far the filter moves a joint."""
     cdef int64_t k
     cdef float weight
+    cdef double x, y, z
     k = place(j)
     weight = body.at[k + STEP]
-    return (weight * (body.at[k + X] - filtered.at[j]), weight * (body.at[k + Y] - filtered.at[1 * filtered.columns + j]), weight * (body.at[k + Z] - filtered.at[2 * filtered.columns + j]))
+    x = weight * (body.at[k + X] - filtered.at[j])
+    y = weight * (body.at[k + Y] - filtered.at[filtered.columns + j])
+    z = weight * (body.at[k + Z] - filtered.at[2 * filtered.columns + j])
+    return x, y, z
 
 
 cdef double _filtered_sum(Plan* plan, Floats body, DoubleRows filtered) noexcept nogil:
@@ -65,10 +74,12 @@ cdef double _filtered_sum(Plan* plan, Floats body, DoubleRows filtered) noexcept
     for j in range(plan.joints):
         x, y, z = _step_of(body, filtered, j)
         filtered.at[j] += x
-        filtered.at[1 * filtered.columns + j] += y
+        filtered.at[filtered.columns + j] += y
         filtered.at[2 * filtered.columns + j] += z
         k = place(j)
-        body.at[k + X], body.at[k + Y], body.at[k + Z] = filtered.at[j], filtered.at[1 * filtered.columns + j], filtered.at[2 * filtered.columns + j]
+        body.at[k + X] = filtered.at[j]
+        body.at[k + Y] = filtered.at[filtered.columns + j]
+        body.at[k + Z] = filtered.at[2 * filtered.columns + j]
         x, y, z = x - cx * share, y - cy * share, z - cz * share
         if body.at[k + LIVE] == 0.0:
             x = y = z = 0.0

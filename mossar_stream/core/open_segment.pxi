@@ -44,9 +44,9 @@ cdef void start_open_segment(OpenSegment* segment) noexcept nogil:
         sums = part_of_floats(segment.body, first + SUM_X, first + SUM_PATH + PAGE)
         for i in range(sums.count):
             sums.at[i] = 0.0
-    state.settled = allocate(segment.slots, segment.unused, segment.summaries)
-    state.since = allocate(segment.slots, segment.unused, segment.summaries)
-    state.run = allocate(segment.slots, segment.unused, segment.summaries)
+    state.settled = take_slot(segment.slots, segment.unused, segment.summaries)
+    state.since = take_slot(segment.slots, segment.unused, segment.summaries)
+    state.run = take_slot(segment.slots, segment.unused, segment.summaries)
     state.closed = NO_SLOT
     state.fed = state.settled
     state.waiting = 0
@@ -56,7 +56,9 @@ cdef void start_open_segment(OpenSegment* segment) noexcept nogil:
     state.last_speed = 0.0
 
 
-cdef inline void note_last_frame(OpenSegmentState* state, double time, double weight, int64_t moving, double speed) noexcept nogil:
+cdef inline void note_last_frame(
+    OpenSegmentState* state, double time, double weight, int64_t moving, double speed
+) noexcept nogil:
     """Note the last frame, which joins a summary when the next one has come."""
     state.last_time = time
     state.last_weight = weight
@@ -64,7 +66,9 @@ cdef inline void note_last_frame(OpenSegmentState* state, double time, double we
     state.last_speed = speed
 
 
-cdef inline void split(OpenSegment* segment, Curve* curve, Clock* clock, double value, double scale, bint seen) noexcept nogil:
+cdef inline void split(
+    OpenSegment* segment, Curve* curve, Clock* clock, double value, double scale, bint seen
+) noexcept nogil:
     """Take the next velocity in, give the last frame to its summary, and close the segment that a key frame ends.
 
     Args:
@@ -99,10 +103,12 @@ cdef inline void split(OpenSegment* segment, Curve* curve, Clock* clock, double 
         forget_candidate(curve)
         state.closed = state.settled
         state.settled = state.since
-        state.since = allocate(segment.slots, segment.unused, segment.summaries)
+        state.since = take_slot(segment.slots, segment.unused, segment.summaries)
 
 
-cdef inline void place_last_frame(OpenSegment* segment, int64_t candidate, int64_t run_length, bint goes_on) noexcept nogil:
+cdef inline void place_last_frame(
+    OpenSegment* segment, int64_t candidate, int64_t run_length, bint goes_on
+) noexcept nogil:
     """Give the last frame to the summary it belongs to, and the run with it if the run is over.
 
     Args:
@@ -119,12 +125,12 @@ cdef inline void place_last_frame(OpenSegment* segment, int64_t candidate, int64
     target = state.since if candidate >= 0 else state.settled
     slot = state.run if goes_on or run_length > 1 else target
     if slot != state.fed or state.waiting >= MOST_WAITING:
-        flush_waiting(segment)
+        add_waiting_frames(segment)
         state.fed = slot
     add_last_frame(segment, slot)
     state.waiting += 1
     if slot != target and not goes_on:
-        flush_waiting(segment)
+        add_waiting_frames(segment)
         merge_into(segment.params, row_of_doubles(summaries, target), row_of_doubles(summaries, slot))
         empty(row_of_doubles(summaries, slot))
 
@@ -133,14 +139,14 @@ cdef inline void add_last_frame(OpenSegment* segment, int64_t slot) noexcept nog
     """Add the last frame to a summary, or to the sums in the body that wait for it."""
     cdef SummaryFrame frame
     cdef OpenSegmentState* state
-    cdef int64_t joints
     state = segment.state
-    joints = segment.plan.joints
-    frame = SummaryFrame(segment.body, segment.pose, joints, state.last_time, state.last_weight, state.last_moving, state.last_speed)
+    frame.body, frame.pose, frame.joints = segment.body, segment.pose, segment.plan.joints
+    frame.time, frame.weight = state.last_time, state.last_weight
+    frame.moving, frame.speed = state.last_moving, state.last_speed
     add_frame(segment.params, row_of_doubles(segment.summaries, slot), &frame)
 
 
-cdef inline void flush_waiting(OpenSegment* segment) noexcept nogil:
+cdef inline void add_waiting_frames(OpenSegment* segment) noexcept nogil:
     """Add the sums that wait to the summary they belong to; before anything else is done with it."""
     cdef OpenSegmentState* state
     state = segment.state
@@ -153,7 +159,7 @@ cdef void settle(OpenSegment* segment) noexcept nogil:
     """Give what came since the candidate to what came before it."""
     cdef OpenSegmentState* state
     cdef DoubleRows summaries
-    flush_waiting(segment)
+    add_waiting_frames(segment)
     state = segment.state
     summaries = segment.summaries
     merge_into(segment.params, row_of_doubles(summaries, state.settled), row_of_doubles(summaries, state.since))

@@ -7,24 +7,20 @@ the poses between with it. Poses are kept as 16-bit multiples of 1/8192 m relati
 cdef double RATE = 30.0  # Hz
 cdef double SPACING = 0.8 / RATE  # s; poses are kept at least this far apart
 cdef double SPEED_WINDOW = 0.1  # s, over which speeds are taken
-cdef float QUANTUM = 0.0001220703125  # m
+cdef float QUANTUM = 1.0 / 8192.0  # m
 cdef float PER_QUANTUM = 8192.0
-cdef enum:
-    FIRST_JOINT = 0
-    NEWEST = 0  # no kept pose is later than this one
-cdef float MOST_QUANTA = 32767.0
-cdef float REST_SPEED = 0.10000000149011612  # m/s, added before the logarithm, so that rest is log 0.1
+cdef float REST_SPEED = 0.1  # m/s, added before the logarithm, so that rest is log 0.1
 cdef double MARGIN = 0.0001  # s, for the rounding of timestamps
-cdef float LOG_2 = 0.6931471824645996
+cdef float LOG_2 = 0.6931471805599453
 cdef enum:
-    EXPONENT_SHIFT = 23  # of a float32; the bits of √½
-    ROOT_HALF = 1060439283
+    EXPONENT_SHIFT = 23  # of a float32
+    ROOT_HALF = 0x3F3504F3  # the bits of √½
 cdef float THIRD = 1.0 / 3.0, FIFTH = 1.0 / 5.0, SEVENTH = 1.0 / 7.0  # of the series of log((1 + z)/(1 - z))
 
 cdef struct Mark:
-    double time  # s, number, s that the pose stands for
-    int64_t frame  # s, number, s that the pose stands for
-    double weight  # s, number, s that the pose stands for
+    double time  # s
+    int64_t frame  # its number
+    double weight  # s that the pose stands for
 
 
 cdef struct MarkSpan:
@@ -52,7 +48,9 @@ cdef void start_history(History* state) noexcept nogil:
     state.debt = 0.0
 
 
-cdef inline double keep_pose(PoseHistory* history, Floats body, int64_t frame, double time, double weight) noexcept nogil:
+cdef inline double keep_pose(
+    PoseHistory* history, Floats body, int64_t frame, double time, double weight
+) noexcept nogil:
     """Keep the pose of the last used frame if one is due, and return the time it stands for.
 
     Args:
@@ -65,8 +63,9 @@ cdef inline double keep_pose(PoseHistory* history, Floats body, int64_t frame, d
     Returns:
         s; 0 for a pose that is not kept, or the first one.
     """
-    cdef int64_t here, last, first, axis, begin
+    cdef int64_t here, last, first, axis
     cdef double stood_for
+    cdef Shorts target
     cdef History* state
     cdef MarkSpan marks
     state = history.state
@@ -81,19 +80,13 @@ cdef inline double keep_pose(PoseHistory* history, Floats body, int64_t frame, d
     marks.at[here].weight = state.debt
     for first from 0 <= first < history.poses.columns by PAGE:
         for axis in range(3):
-            begin = first // PAGE * PAGE_SIZE + POSE_X + axis * PAGE
-            _quantise(part_of_floats(body, begin, begin + PAGE), part_of_shorts(row_of_shorts(plane_of_shorts(history.poses, here), axis), first, first + PAGE))
+            target = part_of_shorts(row_of_shorts(plane_of_shorts(history.poses, here), axis), first, first + PAGE)
+            quantise(page_of(body, first).at + POSE_X + axis * PAGE, target.at, target.count, PER_QUANTUM)
     stood_for = state.debt
     state.debt = 0.0
     state.head = here + 1 if here + 1 < marks.count else 0
     state.filled = min(state.filled + 1, marks.count)
     return stood_for
-
-
-cdef inline void _quantise(Floats values, Shorts target) noexcept nogil:
-    cdef int64_t j
-    for j in range(target.count):
-        target.at[j] = <int16_t>min(max(rintf(values.at[j] * PER_QUANTUM), -MOST_QUANTA), MOST_QUANTA)
 
 
 cdef inline double follow_speeds(PoseHistory* history, Floats body, double time, float offset) noexcept nogil:
@@ -120,7 +113,9 @@ cdef inline double follow_speeds(PoseHistory* history, Floats body, double time,
     return squares
 
 
-cdef inline double measure_speeds(PoseHistory* history, Floats body, double time, int64_t pose, int64_t speed) noexcept nogil:
+cdef inline double measure_speeds(
+    PoseHistory* history, Floats body, double time, int64_t pose, int64_t speed
+) noexcept nogil:
     """Set the joints' speeds, m/s, in the body, and return the sum of their squares, (m/s)².
 
     Args:
@@ -136,13 +131,13 @@ cdef inline double measure_speeds(PoseHistory* history, Floats body, double time
     cdef double squares
     cdef Floats page, target
     poses = history.poses
-    past = _past_place(history, time, NEWEST)
+    past = _past_place(history, time, 0)
     rate = _rate(history.marks, past, time)
     squares = 0.0
     for first from 0 <= first < poses.columns by PAGE:
         page = page_of(body, first)
         target = part_of_floats(page, speed, speed + min(PAGE, poses.columns - first))
-        _speeds(_axes(from_floats(page, pose)), plane_of_shorts(poses, past), first, rate, target)
+        _speeds(_axes(from_floats(page, pose)), plane_of_shorts(poses, max(past, 0)), first, rate, target)
         squares += page_product(page.at, speed, speed)
     return squares
 
@@ -181,13 +176,15 @@ cdef inline int64_t _past_place(PoseHistory* history, double time, int64_t newes
 
 
 cdef inline float _rate(MarkSpan marks, int64_t past, double time) noexcept nogil:
-    """Return what turns a way since a kept pose into a speed, 1/s; 0 where there is none."""
+    """Return what turns a way since a kept pose into a speed, 1/s; 0 where there is none, of which `past` is -1."""
     cdef double span
     span = time - marks.at[past].time if past >= 0 else 0.0
     return <float>(1.0 / span if span > MARGIN else 0.0)
 
 
-cdef inline void _speeds((Floats, Floats, Floats) axes, ShortRows past, int64_t first, float rate, Floats speeds) noexcept nogil:
+cdef inline void _speeds(
+    (Floats, Floats, Floats) axes, ShortRows past, int64_t first, float rate, Floats speeds
+) noexcept nogil:
     """Set `speeds` to the joints' speeds, m/s."""
     cdef int64_t j
     cdef Floats x, y, z
@@ -263,14 +260,18 @@ cdef void load_pose(PoseHistory* history, FloatRows pose, int64_t back) noexcept
     cdef int64_t here, axis, past, j
     cdef double time
     cdef float rate
+    cdef ShortRows kept
+    cdef (Floats, Floats, Floats) axes
     here = place_back(history, back)
+    kept = plane_of_shorts(history.poses, here)
     for axis in range(3):
         for j in range(pose.columns):
-            pose.at[axis * pose.columns + j] = <float>history.poses.at[(here * history.poses.rows + axis) * history.poses.columns + j] * QUANTUM
+            pose.at[axis * pose.columns + j] = <float>kept.at[axis * kept.columns + j] * QUANTUM
     time = history.marks.at[here].time
     past = _past_place(history, time, back + 1)
     rate = _rate(history.marks, past, time)
-    _speeds((row_of_floats(pose, 0), row_of_floats(pose, 1), row_of_floats(pose, 2)), plane_of_shorts(history.poses, past), FIRST_JOINT, rate, row_of_floats(pose, 3))
+    axes = row_of_floats(pose, 0), row_of_floats(pose, 1), row_of_floats(pose, 2)
+    _speeds(axes, plane_of_shorts(history.poses, max(past, 0)), 0, rate, row_of_floats(pose, 3))
     _log_speeds(row_of_floats(pose, 3), REST_SPEED)
     mark_absent(history.body, pose)
 
@@ -278,9 +279,9 @@ cdef void load_pose(PoseHistory* history, FloatRows pose, int64_t back) noexcept
 cdef void keep_all_along(PoseHistory* history, int64_t j) noexcept nogil:
     """Let a joint have been where it is now in all poses that are kept."""
     cdef int64_t k, axis, back
-    cdef Floats here
+    cdef Shorts target
     k = place(j)
     for axis in range(3):
-        here = part_of_floats(history.body, k + POSE_X + axis * PAGE, k + POSE_X + axis * PAGE + 1)
         for back in range(history.state.filled):
-            _quantise(here, part_of_shorts(row_of_shorts(plane_of_shorts(history.poses, place_back(history, back)), axis), j, j + 1))
+            target = row_of_shorts(plane_of_shorts(history.poses, place_back(history, back)), axis)
+            quantise(history.body.at + k + POSE_X + axis * PAGE, target.at + j, 1, PER_QUANTUM)

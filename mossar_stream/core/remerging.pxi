@@ -28,11 +28,6 @@ is in `tools/checks/reference/algorithms.py`.
 
 cdef enum:
     NO_NODE = -1
-    BEFORE = 0  # rows of the links
-    AFTER = 1
-    NODE = 2
-    WAITING = 3
-    LAST_WAITING = 4
     UNKNOWN_BOUNDARY = -9  # identity of a boundary whose cost must not be remembered
     BOUNDARY_BITS = 21  # of each: so many key frames later their numbers come again, and nothing is remembered so long
     BOUNDARY = (1 << BOUNDARY_BITS) - 1
@@ -57,7 +52,12 @@ cdef struct Remerging:  # What one run of Algorithm 3 works on, for K key frames
     Ints bounds  # (K + 2,) identities of the boundaries: left end, key frames, right end
     DoubleRows nodes  # (K + 1, slot) scratch for merged segments
     Doubles both  # (slot,) scratch for a summary
-    IntRows links  # (5, K + 1) scratch for links between neighbours
+    # (K + 1,) scratch for links between neighbours:
+    int64_t* before  # the key frame before each one, -1 for none,
+    int64_t* after  # and the one after it, K for none
+    int64_t* node  # the segment that ends at each key frame, and at the right end
+    int64_t* waiting  # of each segment the next one that is to be merged into it, not before its summary is needed
+    int64_t* last_waiting  # and the last one of these
     Doubles costs  # (K,) scratch for the costs of the merges
     Doubles strengths  # (K,) set to the strength of each key frame
     Ints removed  # (K,) set to the key frames in the order in which they are removed
@@ -100,17 +100,15 @@ cdef inline bint is_kept(Key* key, int64_t count, int64_t alpha, double beta) no
 
 cdef inline void _list_key_frames(Remerging* run, int64_t count) noexcept nogil:
     """Link the key frames with their neighbours and compute the costs of all merges (lines 2 and 9)."""
-    cdef IntRows links
     cdef int64_t i
     cdef (int64_t, int64_t, int64_t) bounds
-    links = run.links
     for i in range(count + 1):
-        links.at[BEFORE * links.columns + i] = i - 1  # the key frames beside each one; -1 and count for none
-        links.at[AFTER * links.columns + i] = i + 1
-        links.at[NODE * links.columns + i] = i  # the segment that ends at each key frame, and at the right end
+        run.before[i] = i - 1  # the key frames beside each one; -1 and count for none
+        run.after[i] = i + 1
+        run.node[i] = i  # the segment that ends at each key frame, and at the right end
         # Chains of nodes that belong to another one and are not merged into it yet: the next, and the last, of each.
-        links.at[WAITING * links.columns + i] = NO_NODE
-        links.at[LAST_WAITING * links.columns + i] = i
+        run.waiting[i] = NO_NODE
+        run.last_waiting[i] = i
     for i in range(count):
         bounds = (run.bounds.at[i], run.bounds.at[i + 1], run.bounds.at[i + 2])
         run.costs.at[i] = _judged(run, i, _cost(run, i, i + 1, bounds))
@@ -128,29 +126,27 @@ cdef int64_t _cheapest(Doubles costs, int64_t count) noexcept nogil:
 cdef inline void _remove(Remerging* run, int64_t count, int64_t x) noexcept nogil:
     """Remove a key frame, let the segments beside it be one, and compute what merges with that cost."""
     cdef int64_t merged, left, right, a, b, later, earlier
-    cdef IntRows links
     cdef Doubles costs
     cdef Ints bounds
     cdef double cost
-    links = run.links
     costs = run.costs
     bounds = run.bounds
     costs.at[x] = INFINITY
-    left, right = links.at[BEFORE * links.columns + x], links.at[AFTER * links.columns + x]
-    merged = links.at[NODE * links.columns + x]
-    links.at[WAITING * links.columns + links.at[LAST_WAITING * links.columns + merged]] = links.at[NODE * links.columns + right]
-    links.at[LAST_WAITING * links.columns + merged] = links.at[LAST_WAITING * links.columns + links.at[NODE * links.columns + right]]
-    links.at[NODE * links.columns + right] = merged
-    links.at[BEFORE * links.columns + right] = left
+    left, right = run.before[x], run.after[x]
+    merged = run.node[x]
+    run.waiting[run.last_waiting[merged]] = run.node[right]
+    run.last_waiting[merged] = run.last_waiting[run.node[right]]
+    run.node[right] = merged
+    run.before[right] = left
     a, b = bounds.at[left + 1], bounds.at[right + 1]
     if right < count:
-        later = links.at[AFTER * links.columns + right]
-        cost = _cost(run, merged, links.at[NODE * links.columns + later], (a, b, bounds.at[later + 1]))
+        later = run.after[right]
+        cost = _cost(run, merged, run.node[later], (a, b, bounds.at[later + 1]))
         costs.at[right] = _judged(run, right, cost)
     if left >= 0:
-        links.at[AFTER * links.columns + left] = right
-        earlier = bounds.at[links.at[BEFORE * links.columns + left] + 1]
-        costs.at[left] = _judged(run, left, _cost(run, links.at[NODE * links.columns + left], merged, (earlier, a, b)))
+        run.after[left] = right
+        earlier = bounds.at[run.before[left] + 1]
+        costs.at[left] = _judged(run, left, _cost(run, run.node[left], merged, (earlier, a, b)))
 
 
 cdef inline double _judged(Remerging* run, int64_t x, double cost) noexcept nogil:
@@ -164,7 +160,9 @@ cdef inline double _judged(Remerging* run, int64_t x, double cost) noexcept nogi
     return cost
 
 
-cdef inline double _cost(Remerging* run, int64_t left, int64_t right, (int64_t, int64_t, int64_t) bounds) noexcept nogil:
+cdef inline double _cost(
+    Remerging* run, int64_t left, int64_t right, (int64_t, int64_t, int64_t) bounds
+) noexcept nogil:
     """Return the cost of a merge, from memory if the same three boundaries were compared before."""
     cdef int64_t a, b, c
     a, b, c = bounds
@@ -175,18 +173,22 @@ cdef inline double _cost(Remerging* run, int64_t left, int64_t right, (int64_t, 
 
 cdef double _new_cost(Remerging* run, int64_t left, int64_t right, (int64_t, int64_t, int64_t) bounds) noexcept nogil:
     """Compute the cost of a merge, and remember it if its boundaries are to stay."""
-    cdef Doubles one, other
     cdef double cost
     cdef int64_t a, b, c
     _complete(run, left)
     _complete(run, right)
-    one = row_of_doubles(run.nodes, left) if run.places.at[left] == NO_NODE else row_of_doubles(run.segments, run.places.at[left])
-    other = row_of_doubles(run.nodes, right) if run.places.at[right] == NO_NODE else row_of_doubles(run.segments, run.places.at[right])
-    cost = strength(run.params, one, other, run.both)
+    cost = strength(run.params, _summary_of(run, left), _summary_of(run, right), run.both)
     a, b, c = bounds
     if UNKNOWN_BOUNDARY not in (a, c):
         remember(run.memo, a, b, c, cost)
     return cost
+
+
+cdef inline Doubles _summary_of(Remerging* run, int64_t own) noexcept nogil:
+    """Return the summary of a segment: its node's if something was merged into it."""
+    if run.places.at[own] == NO_NODE:
+        return row_of_doubles(run.nodes, own)
+    return row_of_doubles(run.segments, run.places.at[own])
 
 
 cdef void _complete(Remerging* run, int64_t own) noexcept nogil:
@@ -194,30 +196,27 @@ cdef void _complete(Remerging* run, int64_t own) noexcept nogil:
 
     Many performers' segments together are more than any cache holds; those that are not looked at cost nothing.
     """
-    cdef int64_t following, first, d, place
-    cdef DoubleRows segments, nodes
-    cdef Ints places, waiting
+    cdef int64_t following, first, d
+    cdef DoubleRows segments
+    cdef Ints places
     cdef Doubles merged
     segments = run.segments
     places = run.places
-    nodes = run.nodes
-    waiting = row_of_ints(run.links, WAITING)
-    following = waiting.at[own]
+    following = run.waiting[own]
     if following == NO_NODE:
         return
-    merged = row_of_doubles(nodes, own)
+    merged = row_of_doubles(run.nodes, own)
     first = places.at[own]
     if first != NO_NODE:
         for d in range(merged.count):
             merged.at[d] = segments.at[first * segments.columns + d]
         places.at[own] = NO_NODE
     while following != NO_NODE:
-        place = places.at[following]
-        merge_into(run.params, merged, row_of_doubles(nodes, following) if place == NO_NODE else row_of_doubles(segments, place))
-        following = waiting.at[following]
+        merge_into(run.params, merged, _summary_of(run, following))
+        following = run.waiting[following]
     close(run.params, merged)
-    waiting.at[own] = NO_NODE
-    run.links.at[LAST_WAITING * run.links.columns + own] = own
+    run.waiting[own] = NO_NODE
+    run.last_waiting[own] = own
 
 
 cdef void start_memo(MemoSpan memo) noexcept nogil:

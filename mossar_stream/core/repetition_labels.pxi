@@ -57,7 +57,9 @@ cdef void start_labels(Labels* state) noexcept nogil:
     state.labelled = 0
 
 
-cdef inline void note_candidate(RepetitionLabels* labels, double time, double reported, double rest_distance, double speed) noexcept nogil:
+cdef inline void note_candidate(
+    RepetitionLabels* labels, double time, double reported, double rest_distance, double speed
+) noexcept nogil:
     """Remember a candidate that Algorithm 2 accepted.
 
     Args:

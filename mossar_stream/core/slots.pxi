@@ -12,7 +12,7 @@ cdef void start_slots(Slots* slots, Ints unused) noexcept nogil:
     slots.unused_count = unused.count
 
 
-cdef int64_t allocate(Slots* slots, Ints unused, DoubleRows summaries) noexcept nogil:
+cdef int64_t take_slot(Slots* slots, Ints unused, DoubleRows summaries) noexcept nogil:
     """Return an unused slot, emptied.
 
     Args:
@@ -27,7 +27,7 @@ cdef int64_t allocate(Slots* slots, Ints unused, DoubleRows summaries) noexcept 
     return slot
 
 
-cdef void free(Slots* slots, Ints unused, int64_t slot) noexcept nogil:
+cdef void free_slot(Slots* slots, Ints unused, int64_t slot) noexcept nogil:
     """Take back a slot that is no longer needed."""
     unused.at[slots.unused_count] = slot
     slots.unused_count += 1

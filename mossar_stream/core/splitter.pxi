@@ -83,7 +83,9 @@ cdef struct Curve:
     FoundInFrame found
 
 
-cdef void start_curve(Curve* curve, double value, double sig_threshold, double scale, int64_t frame, double time) noexcept nogil:
+cdef void start_curve(
+    Curve* curve, double value, double sig_threshold, double scale, int64_t frame, double time
+) noexcept nogil:
     """Algorithm 2, lines 2 to 5, and line 8 for the first frame, which is no crossing and no extremum."""
     cdef FoundInFrame* found
     curve.candidate = -1
@@ -111,7 +113,9 @@ cdef void update_envelope(Curve* curve, double value, double sig_threshold) noex
         curve.ceiling = min(value + sig_threshold, curve.ceiling)
 
 
-cdef inline int64_t follow_curve(Curve* curve, double value, double sig_threshold, double scale, int64_t frame, double time) noexcept nogil:
+cdef inline int64_t follow_curve(
+    Curve* curve, double value, double sig_threshold, double scale, int64_t frame, double time
+) noexcept nogil:
     """Algorithm 2, lines 8 to 19, for the next frame.
 
     Args:

@@ -48,7 +48,9 @@ cdef inline int64_t _oldest(Velocity* velocity, int64_t places) noexcept nogil:
     return place + places if place < 0 else place
 
 
-cdef inline double travel(Velocity* velocity, Doubles ring_time, Ints ring_step, double time, double displacement, double window) noexcept nogil:
+cdef inline double travel(
+    Velocity* velocity, Doubles ring_time, Ints ring_step, double time, double displacement, double window
+) noexcept nogil:
     """Add one displacement, drop those that left the window, and return the velocity (equation 1).
 
     Args:

@@ -66,12 +66,13 @@ cdef struct Scratch:  # Arrays to work in, shared by all performers of a plan; s
     Ints removed  # (W + 4,)
     Ints active  # (W + 4,)
     Ints labels  # (W + 4,)
-    IntRows links  # (5, W + 4)
+    int64_t* links  # (5, W + 4), see Remerging
     Doubles costs  # (W + 4,)
     Doubles strengths  # (W + 4,)
 
 
-cdef struct Window:  # The undecided key frames of a performer and the segments between them, as the functions below need them.
+# The undecided key frames of a performer and the segments between them, as the functions below need them.
+cdef struct Window:
     Plan* plan  # PLAN
     Clock* clock  # CLOCK
     JointsState* joints  # JOINTS
@@ -178,11 +179,9 @@ cdef inline Point point_of(Key* key, int64_t frame, double time, double strength
 
 cdef void rank(Window* w, int64_t open_slot) noexcept nogil:
     """Compute the strengths of the undecided key frames; without an open slot the newest takes no part."""
-    cdef int64_t count, i
+    cdef int64_t count, places, i
     cdef WindowState* state
     cdef Scratch* scratch
-    cdef DoubleRows nodes
-    cdef Doubles both
     cdef Remerging run
     state = w.state
     scratch = &w.scratch
@@ -199,12 +198,14 @@ cdef void rank(Window* w, int64_t open_slot) noexcept nogil:
         scratch.labels.at[i] = w.keys.at[i].label if i < state.undecided else UNLABELLED
     if w.plan.rests == 1:
         label_rests(w, count)
-    nodes = rows_of_doubles(scratch.summaries, NODES, scratch.summaries.rows)
-    both = row_of_doubles(scratch.summaries, BOTH)
-    run = Remerging(
-        w.params, w.summaries, w.memo, scratch.places, scratch.bounds, nodes, both,
-        scratch.links, scratch.costs, scratch.strengths, scratch.removed, scratch.labels,
-    )
+    places = scratch.places.count
+    run.params, run.segments, run.memo = w.params, w.summaries, w.memo
+    run.places, run.bounds, run.labels = scratch.places, scratch.bounds, scratch.labels
+    run.nodes = rows_of_doubles(scratch.summaries, NODES, scratch.summaries.rows)
+    run.both = row_of_doubles(scratch.summaries, BOTH)
+    run.before, run.after, run.node = scratch.links, scratch.links + places, scratch.links + 2 * places
+    run.waiting, run.last_waiting = scratch.links + 3 * places, scratch.links + 4 * places
+    run.costs, run.strengths, run.removed = scratch.costs, scratch.strengths, scratch.removed
     remerge(&run, count, state.pace)
     for i in range(count):
         w.keys.at[i].strength = scratch.strengths.at[i]
@@ -348,7 +349,9 @@ cdef inline void note_span(Window* w, Event* event) noexcept nogil:
     event.nature = 0 if isnan(event.active_start) else 1
 
 
-cdef inline void window_describe(Window* w, Event* event, bint has_previous, int64_t status, (int64_t, int64_t, int64_t) bounds) noexcept nogil:
+cdef inline void window_describe(
+    Window* w, Event* event, bint has_previous, int64_t status, (int64_t, int64_t, int64_t) bounds
+) noexcept nogil:
     """Fill in status, state, when it was active, active joints and similarity of the segment in the scratch.
 
     Args:

@@ -13,7 +13,8 @@ cdef enum:
     REPORTED = 1
     UNREPORTED = 0
 cdef double LAST_OF_ALL = 1.7976931348623157e+308  # s, when all labels are due
-cdef double CLEAR = 2.0  # a strength so many times the level, or less than one part in so many of it, is a clear decision
+# a strength so many times the level, or less than one part in so many of it, is a clear decision
+cdef double CLEAR = 2.0
 cdef double LOG_REST_SPEED = -2.3025851249694824  # log speed of a joint at rest
 
 
@@ -103,7 +104,7 @@ cdef inline Scratch _scratch_of(Plan* plan, Bytes memory) noexcept nogil:
     scratch.removed = ints(integers + 2 * places, places)
     scratch.active = ints(integers + 3 * places, places)
     scratch.labels = ints(integers + 4 * places, places)
-    scratch.links = ints_in_rows(integers + 5 * places, 5, places)
+    scratch.links = integers + 5 * places
     scratch.costs = doubles(numbers, places)
     scratch.strengths = doubles(numbers + places, places)
     return scratch
@@ -129,7 +130,7 @@ cdef inline void _say_what_was_found(Window* w, OpenSegment* segment, Row* state
         _put_candidate(w, KEY_WITHDRAWN, found.frame, found.time, found.share)
     if happened & (CROSSED | ACCEPTED) == 0:
         return
-    flush_waiting(segment)
+    add_waiting_frames(segment)
     slot = segment.state.closed
     segment.state.closed = NO_SLOT
     if happened & CROSSED:
@@ -191,7 +192,7 @@ cdef inline void _decide_what_is_due(Window* w, OpenSegment* segment, Curve* cur
     """
     cdef int64_t open_slot, end_frame, last
     cdef bint clear
-    flush_waiting(segment)
+    add_waiting_frames(segment)
     open_slot = NO_SLOT
     end_frame = curve.candidate if curve.candidate >= 0 else curve.run_frame
     last = begin + w.plan.most_events - (4 * w.plan.capacity + 12)  # with room for one more decision
@@ -208,7 +209,7 @@ cdef inline void _decide_what_is_due(Window* w, OpenSegment* segment, Curve* cur
         segment.state.settled = decide_oldest(w, segment.state.settled, open_slot, end_frame)
         w.state.ranked = 0
     if open_slot != NO_SLOT:
-        free(w.slots, w.unused, open_slot)
+        free_slot(w.slots, w.unused, open_slot)
     set_due_time(w)
 
 
@@ -225,7 +226,7 @@ cdef inline int64_t _gather_open(Window* w, OpenSegment* segment) noexcept nogil
     """Return a slot with the closed summary of everything since the newest key frame."""
     cdef int64_t open_slot
     cdef Doubles own
-    open_slot = allocate(w.slots, w.unused, w.summaries)
+    open_slot = take_slot(w.slots, w.unused, w.summaries)
     own = row_of_doubles(w.summaries, open_slot)
     merge_into(w.params, own, row_of_doubles(w.summaries, segment.state.settled))
     merge_into(w.params, own, row_of_doubles(w.summaries, segment.state.since))
@@ -241,7 +242,7 @@ cdef inline void _close_take(Window* w, OpenSegment* segment, Curve* curve) noex
     cdef Doubles settled
     cdef int64_t j
     place_last_frame(segment, curve.candidate, curve.run_length, curve.run_length < 0)
-    flush_waiting(segment)
+    add_waiting_frames(segment)
     if curve.candidate >= 0:
         _put_candidate(w, KEY_WITHDRAWN, curve.candidate, curve.candidate_time, curve.candidate_share)
         forget_candidate(curve)
@@ -272,7 +273,7 @@ cdef inline void _withdraw_newest(Window* w, OpenSegment* segment) noexcept nogi
     put_key_frame(w.clock, w.events, point, KEY_WITHDRAWN, key.rev + 1, DECIDED)
     slot = w.order.at[newest]
     merge_into(w.params, row_of_doubles(w.summaries, slot), row_of_doubles(w.summaries, segment.state.settled))
-    free(w.slots, w.unused, segment.state.settled)
+    free_slot(w.slots, w.unused, segment.state.settled)
     segment.state.settled = slot
     w.state.undecided -= 1
     w.state.ordinal -= 1

@@ -4,48 +4,63 @@ This is what Li and Leung's recursion asks of the path kernel, which this packag
 """
 
 
-# NOT COMPILED IN ANY RUN: _fill
-# def _fill(params, poses, times, starts, summaries, joints):
-#     """Summarise the pieces.
-# 
-#     Args:
-#         params: (1,) record of the measure.
-#         poses: (n, 4, padded_joints) m relative to the centre.
-#         times: (n,) s.
-#         starts: (pieces,) first frame of each.
-#         summaries: (pieces, slot), zero; set.
-#         joints: J.
-#     """
-#     for i in range(len(summaries)):
-#         end = starts[i + 1] if i + 1 < len(summaries) else len(times)
-#         for frame in range(starts[i], end):
-#             weight = times[frame] - times[frame - 1] if frame > 0 else 0.0
-#             add_pose(params[0], summaries[i], poses[frame], joints, times[frame], weight)
+cdef void fill_pieces(
+    Measure* measure, FloatPlanes poses, const double* times, const int64_t* starts, DoubleRows summaries, int64_t joints
+) noexcept nogil:
+    """Summarise the pieces of a recording.
+
+    Args:
+        measure: The measure.
+        poses: (n, 4, padded joints) m relative to the centre.
+        times: (n,) s.
+        starts: (pieces,) first frame of each.
+        summaries: (pieces, slot), zero; set.
+        joints: J.
+    """
+    cdef int64_t i, frame, end
+    cdef double weight
+    for i in range(summaries.rows):
+        end = starts[i + 1] if i + 1 < summaries.rows else poses.planes
+        for frame in range(starts[i], end):
+            weight = times[frame] - times[frame - 1] if frame > 0 else 0.0
+            add_pose(measure, row_of_doubles(summaries, i), plane_of_floats(poses, frame), joints, times[frame], weight)
 
 
-# NOT COMPILED IN ANY RUN: _comparison_gather
-# def _gather(params, summaries, size, later):
-#     """Set `later` to the summaries of `size` pieces from each piece on, closed."""
-#     for i in range(len(summaries) - size + 1):
-#         for k in range(i, i + size):
-#             merge_into(params[0], later[i], summaries[k])
-#         close(params[0], later[i])
+cdef void gather_pieces(Measure* measure, DoubleRows summaries, int64_t size, DoubleRows later) noexcept nogil:
+    """Set `later` (zero) to the summaries of `size` pieces from each piece on, closed."""
+    cdef int64_t i, k
+    for i in range(summaries.rows - size + 1):
+        for k in range(i, i + size):
+            merge_into(measure, row_of_doubles(later, i), row_of_doubles(summaries, k))
+        close(measure, row_of_doubles(later, i))
 
 
-# NOT COMPILED IN ANY RUN: _comparison_compare
-# def _compare(params, summaries, later, bounds, found):
-#     """Set the strengths at pieces from the first on; `bounds` are those of `Comparison.between` and the size."""
-#     first, size, longest = bounds
-#     slot = summaries.shape[1]
-#     earlier, closed, both = np.zeros(slot), np.zeros(slot), np.zeros(slot)
-#     for i in range(len(found)):
-#         if i > longest:
-#             earlier[:] = 0.0
-#             for k in range(first + i - longest, first + i - 1):
-#                 merge_into(params[0], earlier, summaries[k])
-#         if i > 0:
-#             merge_into(params[0], earlier, summaries[first + i - 1])
-#         if size <= i <= len(found) - 1 - size:
-#             closed[:] = earlier
-#             close(params[0], closed)
-#             found[i] = strength(params[0], closed, later[first + i], both)
+cdef void compare_pieces(
+    Measure* measure, DoubleRows summaries, DoubleRows later, int64_t first, int64_t size, int64_t longest,
+    DoubleRows scratch, Doubles found,
+) noexcept nogil:
+    """Set the strengths at pieces from the first on.
+
+    Args:
+        measure: The measure.
+        summaries: (pieces, slot).
+        later: (pieces, slot), from `gather_pieces`.
+        first: Piece where the earlier segments begin.
+        size: Of the later segment, pieces.
+        longest: Of the earlier segment, pieces.
+        scratch: (3, slot), zero.
+        found: The strengths; set where no segment is shorter than `size`.
+    """
+    cdef int64_t i, k, last = found.count - 1
+    cdef Doubles earlier = row_of_doubles(scratch, 0), closed = row_of_doubles(scratch, 1)
+    for i in range(found.count):
+        if i > longest:
+            memset(earlier.at, 0, earlier.count * sizeof(double))
+            for k in range(first + i - longest, first + i - 1):
+                merge_into(measure, earlier, row_of_doubles(summaries, k))
+        if i > 0:
+            merge_into(measure, earlier, row_of_doubles(summaries, first + i - 1))
+        if size <= i <= last - size:
+            memcpy(closed.at, earlier.at, earlier.count * sizeof(double))
+            close(measure, closed)
+            found.at[i] = strength(measure, closed, row_of_doubles(later, first + i), row_of_doubles(scratch, 2))

@@ -1,84 +1,118 @@
 """Similarity: the small protocol that lets one remerge work with any measure, and the measures there are.
 
-A measure is a module with
-
-    add_frame(params, summary, frame)             one frame into a summary, or into sums in the body that wait
-    flush_sums(params, summary, body, padded_joints)
-                                                  the sums that wait into the summary
-    add_pose(params, summary, pose, joints, time, weight)
-                                                  its pose alone, in or out (weight < 0)
-    add_joint(params, summary, pose, joints, j)   a joint that was missing so far, as if it had rest where it is all along
-    merge_into(params, target, other)             two neighbours into one summary
-    close(params, summary)                        what is kept about a whole segment
-    strength(params, left, right, both)           at which the key frame between them falls, >= 0
-    merge_cost(params, left, right, both)         the same where `both` is the summary of both already
-    similarity(params, cost, left, right)         in 0..1, for people to read; cost is strength, and the summaries
-                                                  need not be closed
-    write_features(params, summary, features)     `Features` of the key frame that ends a segment, if it asks for them
-
-all kernels, on summaries as described in `summary.py`; in plain Python `slot_size(params)`, `takes_pose(params)`,
-whether `add_frame` looks at the pose as one array, and `are_sound(params, slots)`, which looks through summaries that
-come from outside; `traits()`, what frames and key frames must be like; and a numpy record type for its parameters. The
-type of the record selects the module when a kernel is compiled, so that one measure does not compile the others. A new
-measure is one such module and one row in `MEASURES`.
+A measure is a kind, a record of parameters, and functions on summaries as described in `summary.pxi`. To the functions below
+belong in Python (`protocol.py`) `set_params`, which fills the record; `slot_size`; `takes_pose`, whether `add_frame` looks at
+the pose as one array; `are_sound`, which looks through summaries that come from outside; and `traits`, what frames and
+key frames must be like. A new measure is one such file and one such module, a member of `Measure`, a branch in each
+function below, and a row in `MEASURES`.
 """
 
-
-# NOT COMPILED IN ANY RUN: protocol_add_frame
-# def add_frame(params, summary, frame):
-#     """Add one frame, a `SummaryFrame`, to a summary."""
-#     raise NotImplementedError
-
-
-# NOT COMPILED IN ANY RUN: protocol_add_pose
-# def add_pose(params, summary, pose, joints, time, weight):
-#     """Add a frame's pose to a summary, or take it out."""
-#     raise NotImplementedError
+cdef enum:  # Kinds of measures, in the order of `MEASURES`.
+    EVIDENCE = 0
+    LIKELIHOOD = 1
+    PATH_KERNEL = 2
 
 
-# NOT COMPILED IN ANY RUN: protocol_add_joint
-# def add_joint(params, summary, pose, joints, j):
-#     """Add a joint that was missing so far to a summary."""
-#     raise NotImplementedError
+cdef struct Measure:  # The measure in use; of the records only that of its kind is set.
+    int64_t kind
+    Evidence evidence
+    Likelihood likelihood
+    PathKernel path_kernel
 
 
-# NOT COMPILED IN ANY RUN: protocol_flush_sums
-# def flush_sums(params, summary, body, padded_joints):
-#     """Add the sums that wait to a summary."""
-#     raise NotImplementedError
+cdef void add_frame(Measure* measure, Doubles summary, SummaryFrame* frame) noexcept nogil:
+    """Add one frame to a summary, or to sums in the body that wait."""
+    if measure.kind == EVIDENCE:
+        evidence_add_frame(&measure.evidence, summary, frame)
+    elif measure.kind == LIKELIHOOD:
+        likelihood_add_frame(&measure.likelihood, summary, frame)
+    else:
+        path_kernel_add_frame(&measure.path_kernel, summary, frame)
 
 
-# NOT COMPILED IN ANY RUN: protocol_merge_into
-# def merge_into(params, target, other):
-#     """Make a summary that of two neighbouring segments."""
-#     raise NotImplementedError
+cdef void flush_sums(Measure* measure, Doubles summary, Floats body, int64_t padded_joints) noexcept nogil:
+    """Add the sums that wait to a summary."""
+    if measure.kind == EVIDENCE:
+        flush_waiting(&measure.evidence.sums, summary, body, padded_joints)
+    elif measure.kind == LIKELIHOOD:
+        flush_waiting(&measure.likelihood.sums, summary, body, padded_joints)
 
 
-# NOT COMPILED IN ANY RUN: protocol_close
-# def close(params, summary):
-#     """Finish a summary."""
-#     raise NotImplementedError
+cdef void add_pose(
+    Measure* measure, Doubles summary, FloatRows pose, int64_t joints, double time, double weight
+) noexcept nogil:
+    """Add a frame's pose to a summary, or take it out (weight < 0); not to frames, paths and the peak."""
+    if measure.kind == EVIDENCE:
+        add_pose_sums(&measure.evidence.sums, summary, pose, weight)
+    elif measure.kind == LIKELIHOOD:
+        likelihood_add_pose(&measure.likelihood, summary, pose, joints, weight)
+    else:
+        path_kernel_add_pose(&measure.path_kernel, summary, pose, time, weight)
 
 
-# NOT COMPILED IN ANY RUN: protocol_strength
-# def strength(params, left, right, both):
-#     """Return the strength of the key frame between two segments."""
-#     raise NotImplementedError
+cdef void add_joint(Measure* measure, Doubles summary, FloatRows pose, int64_t joints, int64_t j) noexcept nogil:
+    """Add a joint that was missing so far to a summary, as if it had rest where it is all along."""
+    if measure.kind == EVIDENCE:
+        add_resting_joint(&measure.evidence.sums, summary, pose, j)
+    elif measure.kind == LIKELIHOOD:
+        likelihood_add_joint(&measure.likelihood, summary, pose, joints, j)
+    else:
+        path_kernel_add_joint(&measure.path_kernel, summary, pose, j)
 
 
-# NOT COMPILED IN ANY RUN: protocol_merge_cost
-# def merge_cost(params, left, right, both):
-#     """Return the strength of the key frame between two segments whose common summary is known."""
-#     raise NotImplementedError
+cdef void merge_into(Measure* measure, Doubles target, Doubles other) noexcept nogil:
+    """Make a summary that of two neighbouring segments."""
+    if measure.kind == EVIDENCE:
+        evidence_merge_into(&measure.evidence, target, other)
+    elif measure.kind == LIKELIHOOD:
+        add_all(target.at, other.at, target.count)
+    else:
+        path_kernel_merge_into(&measure.path_kernel, target, other)
 
 
-# NOT COMPILED IN ANY RUN: protocol_similarity
-# def similarity(params, cost, left, right):
-#     """Return the similarity of two segments, given the strength of the key frame between them."""
-#     raise NotImplementedError
+cdef void close(Measure* measure, Doubles summary) noexcept nogil:
+    """Set what is kept of a whole segment; with evidence nothing, as what poses are compared with depends on the key frame."""
+    if measure.kind == EVIDENCE:
+        summary.at[TERM] = 0.0
+    elif measure.kind == LIKELIHOOD:
+        likelihood_close(&measure.likelihood, summary)
+    else:
+        path_kernel_close(&measure.path_kernel, summary)
 
 
-# NOT COMPILED IN ANY RUN: protocol_write_features
-# def write_features(params, summary, features):
-#     """Write what is known of a key frame into the summary of the segment that it ends."""
-#     raise NotImplementedError
+cdef double strength(Measure* measure, Doubles left, Doubles right, Doubles both) noexcept nogil:
+    """Return the strength of the key frame between two closed segments, >= 0; `both` is scratch."""
+    if measure.kind == EVIDENCE:
+        return evidence_strength(&measure.evidence, left, right, both)
+    if measure.kind == LIKELIHOOD:
+        return likelihood_strength(&measure.likelihood, left, right, both)
+    return path_kernel_strength(&measure.path_kernel, left, right)
+
+
+cdef double merge_cost(Measure* measure, Doubles left, Doubles right, Doubles both) noexcept nogil:
+    """Return the strength of the key frame between two closed segments whose common summary is known."""
+    if measure.kind == EVIDENCE:
+        return evidence_merge_cost(&measure.evidence, left, right, both)
+    if measure.kind == LIKELIHOOD:
+        return likelihood_merge_cost(&measure.likelihood, left, right, both)
+    return path_kernel_strength(&measure.path_kernel, left, right)
+
+
+cdef double similarity(Measure* measure, double cost, Doubles left, Doubles right) noexcept nogil:
+    """Return the similarity of two segments in 0..1, for people to read.
+
+    Args:
+        measure: The measure.
+        cost: Strength of the key frame between them.
+        left: Summary of the earlier one, which need not be closed.
+        right: Of the later one.
+    """
+    if measure.kind == PATH_KERNEL:
+        return path_kernel_similarity(&measure.path_kernel, cost, left, right)
+    return 1.0 / (1.0 + cost)
+
+
+cdef void write_features(Measure* measure, Doubles summary, Features features) noexcept nogil:
+    """Write what is known of a key frame into the summary of the segment that it ends, if the measure asks for it."""
+    if measure.kind == EVIDENCE:
+        evidence_write_features(&measure.evidence, summary, &features)

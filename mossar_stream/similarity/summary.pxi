@@ -15,8 +15,7 @@ cdef enum:
 cdef double SHORTEST_SEGMENT = 1e-6  # s; a segment that lasts no longer says nothing
 
 
-cdef struct SummaryFrame:
-    # A frame as summaries take it in.
+cdef struct SummaryFrame:  # A frame as summaries take it in.
     Floats body  # see joint_pages.pxi
     FloatRows pose  # (4, padded joints), m relative to the centre in 3 rows, log speed
     int64_t joints

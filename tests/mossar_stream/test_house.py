@@ -11,10 +11,6 @@ CORE = Path(mossar_stream.__file__).parent
 ROOT = CORE.parent
 KERNELS = {"entry_point", "inline_kernel", "instruction", "kernel"}
 MOST_PARAMETERS = 6
-DEEPER = {
-    # The check of signals keeps or removes compiled kernels, whose folder is named by their digest.
-    "tools/checks/signals.py: mossar_stream.jit.sources",
-}
 
 
 def files(folder):
@@ -75,7 +71,7 @@ def test_nobody_outside_imports_deeper_than_the_public_face(folder):
         for module in imported_by(file)
         if module != "mossar_stream"
     }
-    assert deep == {name for name in DEEPER if name.startswith(f"{folder}/")}
+    assert deep == set()
 
 
 def circle_in(graph):

@@ -56,7 +56,7 @@ def opened(browser):
         window = browser.new_page(viewport={"width": 840, "height": 680})
         windows.append(window)
         window.goto(url + COARSE)
-        window.wait_for_selector("#mossar-kept", timeout=180_000)
+        window.wait_for_selector("#mossar-kept", timeout=SOON)
         return window
 
     yield open_at
@@ -130,7 +130,7 @@ def press(window, name):
 def test_a_live_page_from_the_first_key_frames_to_the_end(process, opened, tmp_path):
     running = process("view", "demo:?seed=3", "--speed", "4", "--port", "0", "--no-browser", cwd=tmp_path)
     window = opened(address(running)[0])
-    until(window, lambda: number(window, "#mossar-known") >= 12, seconds=150)  # kernels may be compiled first
+    until(window, lambda: number(window, "#mossar-known") >= 12)
 
     press(window, "posture")
     until(window, lambda: number(window, "#mossar-kept") > 8)
@@ -241,7 +241,7 @@ def test_a_recording_on_a_phone_is_seen_and_touched(process, browser, tmp_path):
     window = browser.new_page(viewport={"width": 390, "height": 800}, accept_downloads=True)
     try:
         window.goto(address(running)[0] + COARSE)
-        window.wait_for_selector("#mossar-whole", timeout=180_000)
+        window.wait_for_selector("#mossar-whole", timeout=SOON)
         for name in ("#mossar-whole", "#mossar-chart"):  # below 760 px the curve was gone
             box = box_of(window, name)
             assert box["x"] >= 0
@@ -363,7 +363,7 @@ def waiting(browser):
     page.start(open_browser=False)
     window = browser.new_page(viewport={"width": 1240, "height": 680})
     window.goto(page.url + COARSE)
-    window.wait_for_selector("#mossar-level", timeout=180_000)
+    window.wait_for_selector("#mossar-level", timeout=SOON)
     yield page, window
     window.close()
     page.close()

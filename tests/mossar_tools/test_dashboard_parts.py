@@ -40,7 +40,7 @@ from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.stretches import stretches_between
 from mossar_tools.dashboard.style import OVERVIEW, PANEL, PHONE, SHEET, STRIP
-from mossar_tools.dashboard.tables import marks_card
+from mossar_tools.dashboard.tables import WAITING, marks_card, state_card
 from mossar_tools.dashboard.tasks import Tasks
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
@@ -395,3 +395,42 @@ def test_a_full_disk_ends_the_recording_and_not_the_stream(small_disk, tmp_path,
     assert not recorder.running
     assert "the recording has ended" in caplog.text
     assert 0 < open_recording(tmp_path / "recording-1.msk").frame_count < 3000
+
+
+def card(show):
+    return state_card(show.glimpses(), frozen=False, recording="", frames=0, waits_for=show.waits_for)
+
+
+class Empty:
+    """A live source that knows why nothing comes."""
+
+    name = "webcam:"
+    live = True
+    knows = "webcam: 7 pictures came without a <person>"
+
+    def items(self):
+        for _ in range(40):
+            yield None
+
+    def explain(self):
+        return self.knows
+
+    def close(self):
+        pass
+
+
+def test_the_dashboard_says_what_a_source_knows_of_why_nobody_is_seen(monkeypatch):
+    show, times = LiveShow(Settings()), iter(range(1000))
+    monkeypatch.setattr("mossar_tools.dashboard.live.time.monotonic", lambda: float(next(times)))
+    source = Empty()
+    pipeline = Pipeline([source], [], Settings(), views=[show])
+    show.tick(pipeline)
+    assert WAITING in card(show)  # not yet: a source may need a moment
+    show.tick(pipeline)
+    assert "7 pictures came without a &lt;person&gt;" in card(show)
+    source.knows = ""
+    show.tick(pipeline)
+    assert WAITING in card(show)
+    show.announce(Meta("p1", Skeleton(("hip", "hand"), (-1, 0))))
+    show.tick(pipeline)
+    assert WAITING in card(show)

@@ -1,10 +1,15 @@
 import csv
 import json
+import socket
 import threading
+import time
 
 import pytest
 
+from checks.run_process import free_port
 from mossar_adapters.files import open_recording
+from mossar_adapters.osc.encode import encode
+from mossar_tools import streaming
 from mossar_tools.cli import main
 
 
@@ -133,3 +138,28 @@ def test_zeromq_in_and_out_gives_the_same_key_frames(events, swing, tmp_path):
     found = events("run", url, "--seconds", "7.96", "--emit", "confirmed")
     sender.join()
     assert [e["frame"] for e in found] == direct
+
+
+def test_a_start_that_takes_long_plays_no_old_frames(mossar, monkeypatch):
+    port = free_port(socket.SOCK_DGRAM)
+    opened = streaming._opened_sinks
+
+    def send(first, count):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            sender.connect(("127.0.0.1", port))
+            sender.send(encode("/mossar/meta", "sss", "p1", "hips", "head"))
+            for k in range(first, first + count):
+                sender.send(encode("/mossar/frame", "sidb", "p1", k, k / 50, bytes(24)))
+
+    def slowly_opened(*arguments):
+        send(0, 100)
+        time.sleep(streaming._LATE + 0.1)
+        threading.Timer(1.0, send, (100, 60)).start()
+        return opened(*arguments)
+
+    monkeypatch.setattr(streaming, "_opened_sinks", slowly_opened)
+    url = f"osc://127.0.0.1:{port}?profile=mossar"
+    status, out, err = mossar("run", url, "--seconds", "1", "--stats", "99", "--emit", "stats")
+    assert status == 0
+    assert json.loads(out)["frames"] == 50
+    assert "100 frames (2.0 s) came before the program was ready" in err

@@ -388,3 +388,13 @@ def test_reports_and_exports_are_in_order_of_time(mossar, raises, tmp_path):
     for tier in read_annotations(str(marks)):
         starts = [mark.start for mark in tier.marks]
         assert starts == sorted(starts)
+
+
+@pytest.mark.parametrize("name", ["there_is_none.bvh", "text.mp4", "empty.c3d"])
+def test_a_file_that_cannot_be_read_is_named(mossar, tmp_path, name):
+    path = tmp_path / name
+    if name != "there_is_none.bvh":
+        path.write_bytes(b"no motion" * (name == "text.mp4"))
+    status, _, err = mossar("segment", path)
+    assert status == 2
+    assert name in err

@@ -16,7 +16,7 @@ import pytest
 
 cv2 = pytest.importorskip("cv2", reason="the extra webcam is not installed")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-PATIENCE = 120.0  # s, for compiling and for a browser on a busy machine
+PATIENCE = 60.0  # s, for a browser on a busy machine
 
 
 @pytest.fixture(scope="module")

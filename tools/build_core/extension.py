@@ -43,6 +43,7 @@ def write_c(variant: str, *, is_strict: bool) -> Path:
         output_file=str(path),
         compiler_directives=DIRECTIVES,
         include_path=["."],
+        emit_linenums=True,  # compilers, sanitizers and perf name the .pxi
     )
     if result.num_errors:
         raise SystemExit(f"Cython does not compile {source}: see above.")

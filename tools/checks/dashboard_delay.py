@@ -97,7 +97,7 @@ def measure(seconds: float, *, page: bool, browser: str | None = None) -> str:
                 _wait(lambda: served.viewers > 0, "the browser opens the dashboard")
         stream = threading.Thread(target=pipeline.run)
         stream.start()
-        _wait(lambda: bool(watch.delays), "frames come")  # compiled kernels are loaded first
+        _wait(lambda: bool(watch.delays), "frames come")
         time.sleep(SETTLED)
         first = len(watch.delays)
         time.sleep(seconds)

@@ -21,7 +21,6 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 
-import mossar_stream
 from checks.soak.measure import memory
 from mossar_adapters.address import parse_url
 from mossar_adapters.demo import DemoSource
@@ -163,7 +162,6 @@ def flooded(rate: float, seconds: float, phase: float = PHASE) -> Result:
         seconds: How long.
         phase: Seconds before the flood, and of the take after it.
     """
-    mossar_stream.precompile()  # or the first frames would wait for compilers
     context = multiprocessing.get_context("spawn")
     source, listening = OscSource(parse_url("osc://127.0.0.1:0")), Listening()
     signals = Signals(*(context.Event() for _ in Signals._fields))

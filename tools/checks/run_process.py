@@ -15,7 +15,7 @@ import zmq
 
 from mossar_stream import MossarError
 
-START = 120.0  # s that starting may take; kernels may have to be compiled
+START = 30.0  # s that starting may take on a busy machine
 _ANSWER = 10.0  # s
 _LOOK = 0.05  # s between two looks
 

@@ -26,7 +26,7 @@ MOST: Final = 600  # pictures of a clip; they are played to and fro
 WIDEST: Final = 1280  # pixels; larger pictures are made smaller
 QUALITY: Final = 85  # of the JPEG pictures
 _SAMPLES: Final = 10.0  # s between two looks at the process
-_WARM: Final = 20.0  # s in which kernels are compiled and the networks fill their memory; not judged
+_WARM: Final = 20.0  # s in which the networks fill their memory; not judged
 _TICKS: Final = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 _MEGABYTE: Final = 1 << 20
 

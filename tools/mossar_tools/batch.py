@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 import msgspec.structs
@@ -32,7 +32,6 @@ from mossar_adapters.spans import Spanning
 from mossar_stream import (
     BODY,
     MossarError,
-    Moves,
     RangeOfMotion,
     RepetitionEvent,
     Result,
@@ -47,7 +46,7 @@ from mossar_stream import (
 from mossar_tools.console import LOGGER
 from mossar_tools.excerpt import chosen_of
 from mossar_tools.loaded_recording import load_recording
-from mossar_tools.moves_file import Follow, moves_to_follow
+from mossar_tools.moves_file import moves_to_follow
 from mossar_tools.options import Options
 from mossar_tools.sessions import columns_of_names, values_of_name
 
@@ -84,51 +83,23 @@ class Segmented(msgspec.Struct, frozen=True):
     error: str = ""
 
 
-class Task(NamedTuple):
-    """A recording, and what is looked for in it.
-
-    Args:
-        loaded: The recording.
-        moves: That are recognised, if any.
-        follow: Which of them are followed.
-    """
-
-    loaded: LoadedRecording
-    moves: Moves | None
-    follow: Follow
-
-
-def read_task(options: Options, on_progress: OnProgress = lambda _: None) -> Task:
-    """Return the recording that `options.file` names, and what the options have looked for in it; nothing is compiled.
+def segment_whole(
+    options: Options, on_progress: OnProgress = lambda _: None, *, curves: bool = False
+) -> tuple[LoadedRecording, Result, Segmentation]:
+    """Return the recording that `options.file` names, what was found in it, and the level that is wanted.
 
     Args:
         options: Which file, and how to segment it.
         on_progress: Gets the share that is read.
-
-    Raises:
-        MossarError: If it cannot be read.
-    """
-    moves, follow = moves_to_follow(options.moves, options.follow)
-    loaded = load_recording(options, on_progress)
-    _warn_of_dropped_frames(loaded)
-    return Task(loaded, moves, follow)
-
-
-def segment_whole(
-    options: Options, task: Task, *, curves: bool = False
-) -> tuple[LoadedRecording, Result, Segmentation]:
-    """Return a recording, what was found in it, and the level that is wanted.
-
-    Args:
-        options: How to segment it.
-        task: The recording.
         curves: Whether to keep the velocity curve.
 
     Raises:
-        MossarError: If the options do not fit it.
+        MossarError: If it cannot be read, or the options do not fit it.
     """
     settings = options.settings(range="file")
-    loaded, moves, follow = task
+    moves, follow = moves_to_follow(options.moves, options.follow)
+    loaded = load_recording(options, on_progress)
+    _warn_of_dropped_frames(loaded)
     if settings.steps and settings.up == "auto":
         settings = settings.replace(up=loaded.up)
     result = segment_recording(
@@ -322,7 +293,7 @@ def _leave_ctrl_c_to_the_parent() -> None:
 def _segmented(options: Options, name: str) -> Segmented:
     own = msgspec.structs.replace(options, file=name)
     try:
-        loaded, result, chosen = segment_whole(own, read_task(own))
+        loaded, result, chosen = segment_whole(own)
     except MossarError as error:
         return Segmented(name, error=str(error))
     report = msgspec.to_builtins(report_of(own, loaded, result, chosen))

@@ -19,7 +19,7 @@ import mossar_stream
 from mossar_stream import MossarError
 from mossar_tools.console import LOGGER, Console, console
 from mossar_tools.errors import DONE, FAILED, INTERRUPTED, TERMINATED, WRONG_USAGE, Terminated, UsageError
-from mossar_tools.signals import interruptibly, leave, raising
+from mossar_tools.signals import raising
 
 if TYPE_CHECKING:
     from mossar_tools.options import Options
@@ -40,26 +40,11 @@ COMMANDS: Final[dict[str, str]] = {
     "bench": "speed, delay and memory on this machine; --json, --plot",
     "flink": "live streams of many performers on Apache Flink, described by a TOML file",
     "archive": "a folder or bucket of recordings into Parquet tables, on Ray Data; --resume continues",
-    "compile": "compile all kernels in advance",
     "settings": "the value of each setting, its unit, and its effect",
     "schema": "the JSON Schema of the events",
     "completion": "completion by the Tab key, for bash, zsh and tcsh",
     "adapters": "readable and writable formats, missing extras; --check URL",
 }
-
-# Commands that load the compiler, which takes a while, and seconds on the first run.
-_WITH_KERNELS: Final = (
-    "demo",
-    "run",
-    "teach",
-    "segment",
-    "view",
-    "tune",
-    "evaluate",
-    "bench",
-    "compile",
-    "webcam",
-)
 
 _EPILOG = """examples:
   mossar demo                                  watch key frames of the built-in performer
@@ -120,10 +105,10 @@ def guarded(program: Callable[[Console], int]) -> int:
         return DONE
     except KeyboardInterrupt:
         terminal.clear()
-        return leave(INTERRUPTED)
+        return INTERRUPTED
     except Terminated:
         terminal.clear()
-        return leave(TERMINATED)
+        return TERMINATED
     except MossarError as error:
         from mossar_adapters.files.output import OutputError
 
@@ -196,8 +181,6 @@ def run_command(prog: str, command: Command, arguments: Sequence[str], terminal:
         return DONE
     level = options.log_level or ("error" if options.quiet else "debug" if options.verbose else "info")
     terminal.set_up(level, as_json=options.log_json, status=not options.quiet)
-    if prog.rpartition(" ")[2] in _WITH_KERNELS:
-        interruptibly(lambda: mossar_stream.Segmenter)
     return command.run(options, terminal)
 
 
@@ -234,8 +217,7 @@ def _run(arguments: list[str], terminal: Console) -> int:
     if not arguments or arguments[0].startswith("-"):
         return _run_without_command(arguments or ["--help"], terminal)
     name = arguments[0]
-    command = interruptibly(lambda: command_called(name))  # some bring the compiler with them
-    return run_command(f"mossar {name}", command, arguments[1:], terminal)
+    return run_command(f"mossar {name}", command_called(name), arguments[1:], terminal)
 
 
 def _run_without_command(arguments: list[str], terminal: Console) -> int:

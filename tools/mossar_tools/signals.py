@@ -1,34 +1,24 @@
 """Signals: Ctrl-C and SIGTERM stop a run in an orderly way; a second one stops it at once.
 
-A handler that raises does so wherever the main thread happens to be. In an import, in numba, or in a callback from
-LLVM that loses the signal, becomes an error of another kind, or ends the process in a crash; where a thread starts it
-becomes one of Python's own locks. So handlers wait until the main thread has left such a place, and what stays there
-for long, compiling, is done by another thread.
+A handler that raises does so wherever the main thread happens to be. In an import or a finalizer that loses the signal,
+or becomes an error of another kind; where a thread starts it breaks one of Python's own locks. So handlers wait until the
+main thread has left such a place.
 """
 
 import _thread
 import contextlib
-import os
 import signal
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from types import FrameType
-from typing import Final, TypeVar
+from typing import Final
 
 from mossar_tools.errors import DONE, INTERRUPTED, TERMINATED, Terminated
 
-T = TypeVar("T")
-
 _AGAIN: Final = 0.02  # s until a signal is looked at again that came at a delicate moment
-_LOOK: Final = (
-    0.1  # s between two checks whether other work is done; some systems do not wake a waiting thread
-)
-_STACK: Final = 2**26  # bytes; compilers are recursive, and other threads have little room by default
-_DELICATE: Final = ("numba", "llvmlite", "importlib", "_frozen_importlib", "_frozen_importlib_external")
+_DELICATE: Final = ("importlib", "_frozen_importlib", "_frozen_importlib_external")
 _deferred: list[int] = []  # signals that are looked at again
-_abandoned: list[object] = []  # other threads' work that a signal did not wait for
 
 
 class Stop:
@@ -69,48 +59,6 @@ def raising() -> Iterator[None]:
                 raise _exception(_deferred[0])
         finally:
             _deferred.clear()
-
-
-def interruptibly(work: Callable[[], T]) -> T:
-    """Do something that compiles, in another thread, so that a signal ends the wait for it at once.
-
-    What it returns is returned, what it raises is raised here. A program whose wait was ended must end with `leave`.
-    """
-    results: list[T] = []
-    failures: list[BaseException] = []
-    done = threading.Lock()
-    done.acquire()
-
-    def run() -> None:
-        try:
-            results.append(work())
-        except BaseException as error:  # noqa: BLE001 - for the thread that waits
-            failures.append(error)
-        finally:
-            _abandoned.remove(run)
-            done.release()
-
-    _abandoned.append(run)  # before it starts: a signal may come at any line
-    before = threading.stack_size(_STACK)
-    try:
-        threading.Thread(target=run, daemon=True).start()
-    finally:
-        threading.stack_size(before)
-    while not done.acquire(timeout=_LOOK):
-        pass
-    if failures:
-        raise failures[0]
-    return results[0]
-
-
-def leave(status: int) -> int:
-    """Return an exit status; end the process with it if a thread still compiles, which would crash at the usual end."""
-    if _abandoned:
-        for stream in (sys.stdout, sys.stderr):
-            with contextlib.suppress(OSError, ValueError):
-                stream.flush()
-        os._exit(status)
-    return status
 
 
 def _raise(number: int, frame: FrameType | None) -> None:

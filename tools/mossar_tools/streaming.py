@@ -1,11 +1,12 @@
 """Streaming: what `demo` and `run` have in common, from options to exit status."""
 
 import contextlib
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from mossar_adapters.abilities import HasSlots, Previews, offered
+from mossar_adapters.abilities import HasSlots, Previews, SkipsWaiting, offered
 from mossar_adapters.address import parse_url
 from mossar_adapters.control.listener import ControlListener
 from mossar_adapters.files.claim import Claim
@@ -14,10 +15,8 @@ from mossar_adapters.pipeline import Outcome, Pipeline, Snapshot, Upkeep, read_s
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
-from mossar_stream import FrameError, Moves, Settings, Skeleton
-from mossar_tools.compiling import Tell, reporting_compilation, tell_nobody
+from mossar_stream import FrameError, Moves, Segmenter, Settings, Skeleton
 from mossar_tools.console import LOGGER, Console, is_terminal
-from mossar_tools.discarding import Discarding
 from mossar_tools.emitting import check_emission, tell_what_tables_leave_out
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.explaining import line_of
@@ -25,11 +24,15 @@ from mossar_tools.live_view import LiveView
 from mossar_tools.moves_file import Follow, moves_to_follow
 from mossar_tools.opening import check_no_clash, sink_of, source_of
 from mossar_tools.options import Options
-from mossar_tools.signals import interruptibly, stopping
+from mossar_tools.signals import stopping
 
 if TYPE_CHECKING:
     from mossar_adapters.control.requests import Control
     from mossar_tools.dashboard.live import LiveShow
+
+_LATE: Final = (
+    0.5  # s from the opening of sources to the first look at them; a dashboard takes longer to open
+)
 
 
 def stream(options: Options, console: Console, *, page_only: bool = False) -> tuple[int, list[str]]:
@@ -52,8 +55,10 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
         LOGGER.info("%s has nothing to follow yet; Teach on the dashboard takes an example", options.moves)
     if moves is not None and options.explain:
         moves.explained = lambda explanation: LOGGER.info("%s", line_of(explanation))
+    check_streamable(settings, moves, follow)
     with contextlib.ExitStack() as opened:
         snapshot = _snapshot(options, opened)
+        began = time.monotonic()
         listeners = [ControlListener() for _ in options.sources]
         sources = _opened_sources(options, listeners, opened)
         visible = is_terminal(console.out) and "-" not in options.to and not page_only
@@ -81,9 +86,8 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
             tick=lambda: _tick(pipeline, view, show),
         )
         pipeline.outcome.dead_sinks += missing
-        _warm_up_meanwhile_discarding(
-            sources, settings, moves, follow, teaches=show is not None, tell=show.say if show else tell_nobody
-        )
+        if time.monotonic() - began > _LATE:
+            _skip_what_waits(sources)
         with (
             _controls(options, pipeline, listeners),
             _metrics(options, pipeline),
@@ -95,27 +99,11 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
     return stop.status or _status(outcome), view.summary()
 
 
-def _warm_up_meanwhile_discarding(
-    sources: Sequence[Source],
-    settings: Settings,
-    moves: Moves | None,
-    follow: Follow,
-    *,
-    teaches: bool,
-    tell: Tell,
-) -> None:
-    """Warm up; if that takes long, live sources begin with what comes afterwards: the rest is old."""
-    discarding = Discarding(sources)
-
-    def tell_and_discard(text: str) -> None:
-        discarding.begin()
-        tell(text)
-
-    try:
-        if warm_up(settings, moves, follow, teaches=teaches, tell=tell_and_discard):
-            discarding.begin()
-    finally:
-        discarding.end()
+def _skip_what_waits(sources: Sequence[Source]) -> None:
+    """Have live sources begin with what comes from now on; what came before is old."""
+    for source in sources:
+        if (live := offered(source, SkipsWaiting)) is not None:
+            live.skip_waiting()
 
 
 def _tick(pipeline: Pipeline, view: LiveView, show: "LiveShow | None") -> None:
@@ -143,34 +131,15 @@ def _opened_dashboard(
     return show
 
 
-def warm_up(
-    settings: Settings,
-    moves: Moves | None = None,
-    follow: Follow = (),
-    *,
-    teaches: bool = False,
-    tell: Tell = lambda _: None,
-) -> bool:
-    """Compile, or load, the kernels before frames come; log it if it takes long, and return whether it did.
-
-    Args:
-        settings: Of the stream.
-        moves: That are recognised.
-        follow: Which of them are followed.
-        teaches: Whether moves may be shown later.
-        tell: Gets what is being compiled, and an empty text at the end.
+def check_streamable(settings: Settings, moves: Moves | None = None, follow: Follow = ()) -> None:
+    """Check, before the first performer comes, that a stream can have these settings and moves.
 
     Raises:
-        ValueError: If a stream cannot have these settings.
+        ValueError: If it cannot have the settings.
         MossarError: If a move cannot be followed.
     """
-    from mossar_stream import Segmenter
-
     anybody = Skeleton(("a", "b"), (-1, 0)) if moves is None else moves.skeleton
-    with reporting_compilation(settings, moves=teaches or moves is not None, tell=tell) as said:
-        body = settings.replace(limbs=False, steps=False)
-        interruptibly(lambda: Segmenter(anybody, body, moves=moves, follow=follow))
-    return said.is_cold
+    Segmenter(anybody, settings.replace(limbs=False, steps=False), moves=moves, follow=follow)
 
 
 def _snapshot(options: Options, opened: contextlib.ExitStack) -> Snapshot | None:

@@ -16,7 +16,7 @@ from pyflink.metrics import Counter
 
 from mossar_adapters.flink.following import Following, Line
 from mossar_adapters.flink.job import Takes
-from mossar_stream import Event, FrameError, Moves, Segmenter, Settings, Skeleton, to_json
+from mossar_stream import Event, FrameError, Moves, Settings, to_json
 
 END_OF_TIME = (1 << 63) - 1  # ms; the watermark at the end of files, and of a job that is drained
 STATE = "segmenter"  # name of the state; another one would not find what was saved
@@ -54,10 +54,6 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
         self._taken: Counter = metrics.counter("mossar_records")
         self._refused: Counter = metrics.counter("mossar_refused_records")
         self._following = Following(self._settings, moves=self._moves, follow=self._follow)
-        # Compiled before the first record instead of with it; limbs by name are of other skeletons.
-        skeleton = Skeleton(("a", "b"), (-1, 0)) if self._moves is None else self._moves.skeleton
-        anybody = self._settings.replace(limbs=bool(self._settings.limbs), steps=False)
-        Segmenter(skeleton, anybody, moves=self._moves, follow=self._follow)
 
     def process_element(self, value: bytes | str, ctx: KeyedProcessFunction.Context) -> Iterator[str]:
         """Process a record."""

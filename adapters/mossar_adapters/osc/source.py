@@ -43,33 +43,28 @@ class OscSource:
         self.counters = self.decoder.counters
         self.notes: tuple[str, ...] = ()
         self._closed = self._running = False
-        self._skipped: Skipped | None = None  # until it is logged
+        self._skipped = Skipped()
         self._socket = DatagramSocket(address)
         self.host, self.port = self._socket.host, self._socket.port
         if self._socket.buffer < SMALL_BUFFER:
             self.notes = (_SMALL.format(self.name, self._socket.buffer >> 10),)
 
     def skip_waiting(self) -> None:
-        """Have `items` begin with what comes from now on; how much is discarded is logged.
-
-        A program that is busy for long calls it again and again, so that the system has room for all and drops nothing.
-        """
-        skipped = self._skipped = self._skipped or Skipped()
+        """Have `items` begin with what comes from now on; how much is discarded is logged."""
         end, reached = self._socket.now, 0.0
         while reached < end and self._socket.waits():
             datagrams = self._socket.receive(0)
             # The first ones after the socket was opened may have the time of reading: Linux begins to stamp a bit later.
             reached = min((datagram.arrival for datagram in datagrams), default=end)
-            skipped.add(self.decoder.receive(*datagrams))
+            self._skipped.add(self.decoder.receive(*datagrams))
+        self._skipped.log(self.name)
 
     def items(self) -> Iterator[Meta | Frames | Departure | None]:
         """Yield metas, chunks of frames and departures as they come; None when nothing came for a tenth of a second."""
         self._running = True
         try:
             quiet = self._socket.now
-            if self._skipped is not None:
-                self.skip_waiting()
-                yield from self._skipped.kept
+            yield from self._skipped.kept
             while not self._closed:
                 found = self._received()
                 yield from found
@@ -85,11 +80,6 @@ class OscSource:
         """Return what is complete with what the socket has, frames that nothing more comes for included."""
         datagrams = self._socket.receive(TICK if self.decoder.pending else POLL)
         self.counters.kernel_drops = self._socket.kernel_drops
-        if (
-            self._skipped is not None and datagrams
-        ):  # what the system dropped meanwhile comes with the next datagram
-            self._skipped.log(self.name, self._socket.kernel_drops)
-            self._skipped = None
         found = self.decoder.receive(*datagrams)
         if self.decoder.pending and not self._socket.waits():
             found += self.decoder.idle(self._socket.now)

@@ -64,28 +64,20 @@ class ZmqSource:
         self.endpoint = bound_at(self._socket)
         self._opened = time.monotonic()
         self._running = self._closed = False
-        self._skipped: Skipped | None = None  # until it is logged
+        self._skipped = Skipped()
 
     def skip_waiting(self) -> None:
-        """Have `items` begin with what comes from now on; how much is discarded is logged.
-
-        A program that is busy for long calls it again and again: a queue that is full holds what is old, and a connection
-        on which nothing is read for minutes stays silent for a minute afterwards.
-        """
-        skipped = self._skipped = self._skipped or Skipped()
+        """Have `items` begin with what comes from now on; how much is discarded is logged."""
         end = self._now + _SKIPPING
         while self._now < end and (messages := list(self._waiting())):
-            skipped.add(self.decoder.receive(*messages))
+            self._skipped.add(self.decoder.receive(*messages))
+        self._skipped.log(self.name)
 
     def items(self) -> Iterator[Meta | Frames | Departure | None]:
         """Yield metas and chunks of frames as they come; None when nothing came for a tenth of a second."""
         self._running = True
         try:
-            if self._skipped is not None:
-                self.skip_waiting()
-                yield from self._skipped.kept
-                self._skipped.log(self.name)
-                self._skipped = None
+            yield from self._skipped.kept
             while not self._closed:
                 try:
                     parts = self._socket.recv_multipart()

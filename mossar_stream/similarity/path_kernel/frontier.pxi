@@ -1,4 +1,4 @@
-"""The exact sum over the paths of a large sparse block by a frontier programme (see `path_sum`).
+"""The exact sum over the paths of a large sparse block by a frontier programme (see `path_sum.pxi`).
 
 The vertices are settled one by one. A state says how the edges chosen at the settled vertices meet the
 frontier, the vertices that are not settled but have a settled neighbour. States that agree have the same
@@ -6,103 +6,97 @@ futures, so only the sum of their weights is kept: this is Knuth's Simpath (The 
 4A, exercise 7.1.4-225), with free ends and with weights in place of a decision diagram. The number of states
 grows with the width of the frontier instead of the number of paths.
 
-A state is one int64: four bits for each slot of the frontier and, above them, the number of settled ends. The
-states lie in an open-addressing hash table whose size is a power of two: `keys` (size,), EMPTY or the state, and
-`sums` (size, 2), the weight of the choices that lead there and its derivative by ends[0].
+A state is one number of 64 bits: four for each slot of the frontier and, above them, the number of settled ends. The
+states lie in an open-addressing hash table whose size is a power of two.
 """
 
 cdef enum:
-    FRONTIER_SLOTS = 13  # four bits each, and two for the number of ends, in one int64
+    FRONTIER_SLOTS = 13  # four bits each, and two for the number of ends, in one state
     # What a slot of the frontier says of its vertex.
     UNUSED = 0  # on no path yet
     INNER = 1  # both its edges are chosen
     LOOSE = 2  # one tip of a piece whose other tip is a settled end of the path
     FIRST_MATE = 3  # FIRST_MATE + k: one tip of a piece whose other tip sits in slot k
     CODE = 15  # the bits of a slot
-cdef int64_t ONE_END = 4503599627370496  # added once for each settled end
-cdef int64_t OPEN_PIECES = 4203359652212462  # bits set only where a slot is neither UNUSED nor INNER
-cdef enum:
     SETTLED_END = -1  # in place of a slot: the tip is a settled end
-    EMPTY = -1  # in place of a key: nothing stored here
-    TOO_SMALL = -1  # in place of a number of states: the table is too small
-cdef int64_t SCATTER = 2177342782468422677  # odd, near 2^61 · golden ratio: spreads the keys
 
-cdef struct States:  # The states after a vertex, as they are found, and the paths that become complete with it.
-    Ints keys  # (size,)
-    DoubleRows sums  # (size, 2)
-    Doubles complete  # (4,) their sum, its derivative by ends[0], and both as they were before the vertex
+cdef uint64_t ONE_END = <uint64_t>1 << 52  # added once for each settled end
+cdef uint64_t OPEN_PIECES = 0xEEEEEEEEEEEEE  # bits set only where a slot is neither UNUSED nor INNER
+cdef uint64_t NO_STATE = ~<uint64_t>0  # in place of a state: nothing stored here
+cdef uint64_t SCATTER = 0x1E3779B97F4A7C15  # odd, near 2^61 · golden ratio: spreads the states
+
+
+cdef struct PathState:
+    uint64_t key  # the state, or NO_STATE
+    double sum  # weight of the choices that lead there
+    double slope  # its derivative by ends[0]
+
+
+cdef struct States:  # A table of states.
+    PathState* at
+    int64_t size  # a power of two
+    int64_t many  # how many there are
 
 
 cdef struct Vertex:  # The vertex that is settled, and the edges from it that are not.
     int64_t slot
-    Ints reach  # slots of its neighbours that are not settled; the first `degree` count
-    DoubleRows gains  # (…, 2) weight of the edges to them, without and with the weight of the neighbour
     int64_t degree
+    int64_t reach[MOST_VERTICES]  # (degree,) slots of its neighbours that are not settled
+    double gains[2 * MOST_VERTICES]  # (degree, 2) weight of the edges to them, without and with that of the neighbour
     double inner  # its weight if a path runs through it
     double end  # its weight if a path ends at it
     bint is_first  # whether it is vertex 0, by whose `end` the sums are differentiated
 
 
-cdef (double, int64_t) elimination_order(Ints near, Ints order) noexcept nogil:
+cdef (double, int64_t) elimination_order(const Block* block, int64_t* order) noexcept nogil:
     """Find an order of settling the vertices of a block that keeps the frontier narrow.
 
     Args:
-        near: (n,) as in `blocks`.
+        block: The block.
         order: (n,) filled with the order.
 
     Returns:
         The estimated cost of `frontier_sum` and the number of slots it needs.
     """
-    cdef int64_t n, width, start, slots, k
-    cdef Ints trial
-    cdef double best, cost
-    # CHECK np.empty: np.empty(n, np.int64)
-    n = near.count
-    trial = np.empty(n, np.int64)
-    best = INFINITY
-    width = 0
-    for start in range(n):
-        cost, slots = _greedy_order(near, start, best, trial)
+    cdef int64_t trial[MOST_VERTICES]
+    cdef int64_t start, slots, width = 0
+    cdef double cost, best = INFINITY
+    for start in range(block.count):
+        cost, slots = _greedy_order(block, start, best, trial)
         if cost < best:
-            best = cost
-            width = slots
-            for k in range(n):
-                order.at[k] = trial.at[k]
+            best, width = cost, slots
+            memcpy(order, trial, block.count * sizeof(int64_t))
     return best, width
 
 
-cdef (double, int64_t) _greedy_order(Ints near, int64_t start, double limit, Ints order) noexcept nogil:
+cdef (double, int64_t) _greedy_order(const Block* block, int64_t start, double limit, int64_t* order) noexcept nogil:
     """Settle from `start` on whatever adds fewest vertices to the frontier; give up at the limit."""
-    cdef double cost, states
-    cdef int64_t width, frontier, fresh, size, k, pick, fewest, rest, _, v, added, new
-    cost = 0.0
-    width = 0
-    frontier = <int64_t>1 << start
-    fresh = ~frontier  # neither settled nor on the frontier
-    size = 1
-    for k in range(near.count):
+    cdef double states, cost = 0.0
+    cdef uint64_t rest, new, frontier = bit(start), fresh = ~frontier  # `fresh`: neither settled nor on the frontier
+    cdef int64_t k, v, i, pick, added, fewest, size = 1, width = 0
+    for k in range(block.count):
         pick = 0
-        fewest = near.count
+        fewest = block.count
         rest = frontier
         while rest != 0 and fewest > 0:
             v = lowest_bit(rest)
             rest &= rest - 1
             added = 0
-            new = near.at[v] & fresh
+            new = block.near[v] & fresh
             while new != 0:
                 new &= new - 1
                 added += 1
             if added < fewest:
                 pick = v
                 fewest = added
-        order.at[k] = pick
-        frontier = (frontier | near.at[pick] & fresh) & ~(<int64_t>1 << pick)
-        fresh &= ~near.at[pick]
+        order[k] = pick
+        frontier = (frontier | (block.near[pick] & fresh)) & ~bit(pick)
+        fresh &= ~block.near[pick]
         size += fewest
         width = max(width, size)
         size -= 1
         states = 1.0
-        for _ in range(size):
+        for i in range(size):
             states *= 3.6  # states seen per vertex of the frontier
         cost += states
         if cost >= limit:
@@ -110,207 +104,217 @@ cdef (double, int64_t) _greedy_order(Ints near, int64_t start, double limit, Int
     return cost, width
 
 
-cdef (double, double) frontier_sum(Ints near, DoubleRows link, Doubles inner, Doubles ends, Ints order) noexcept nogil:
-    """Sum the paths of a block by settling its vertices one by one; result as in `path_sum.block_sum`.
+cdef bint frontier_sum(const Block* block, const int64_t* order, BlockSum* found) noexcept nogil:
+    """Sum the paths of a block by settling its vertices one by one.
 
     Args:
-        near: As in `blocks`, like the next three.
-        link: (n, n).
-        inner: (n,).
-        ends: (n,).
+        block: The block.
         order: (n,) order of settling, which must never need more than FRONTIER_SLOTS slots.
+        found: Set to the sums.
+
+    Returns:
+        False if there is no memory.
     """
-    cdef int64_t n, free, many, settled, entered, k, v, rest, d, size, u, at
-    cdef Ints slot_of, reach, keys, after
-    cdef Doubles complete
-    cdef DoubleRows gains, sums, after_sums
+    cdef PathState start = PathState(0, 1.0, 0.0)
+    cdef States before = States(&start, 1, 1), after
     cdef Vertex vertex
-    # CHECK np.zeros: np.zeros(n, np.int64)
-    # CHECK np.zeros: np.zeros(4)
-    # CHECK np.empty: np.empty(n, np.int64)
-    # CHECK np.empty: np.empty((n, 2))
-    # CHECK np.zeros: np.zeros(1, np.int64)
-    # CHECK np.zeros: np.zeros((1, 2))
-    # CHECK np.empty: np.empty(size, np.int64)
-    # CHECK np.empty: np.empty((size, 2))
-    n = near.count
-    slot_of = np.zeros(n, np.int64)
-    free = (<int64_t>1 << FRONTIER_SLOTS) - 1
-    complete = np.zeros(4)
-    reach = np.empty(n, np.int64)
-    gains = np.empty((n, 2))
-    keys = np.zeros(1, np.int64)
-    sums = np.zeros((1, 2))
-    sums.at[0] = 1.0
-    many = 1
-    settled = entered = 0
-    for k in range(n):
-        v = order.at[k]
-        settled |= <int64_t>1 << v
-        rest = (near.at[v] | <int64_t>1 << v) & ~entered
+    cdef int64_t slot_of[MOST_VERTICES]
+    cdef int64_t k, v, u
+    cdef uint64_t rest, free_slots = bit(FRONTIER_SLOTS) - 1, settled = 0, entered = 0
+    found.total = found.down = 0.0
+    for k in range(block.count):
+        v = order[k]
+        settled |= bit(v)
+        rest = (block.near[v] | bit(v)) & ~entered
         entered |= rest
         while rest != 0:
-            slot_of.at[lowest_bit(rest)] = lowest_bit(free)
+            slot_of[lowest_bit(rest)] = lowest_bit(free_slots)
             rest &= rest - 1
-            free &= free - 1
-        rest = near.at[v] & ~settled
-        d = 0
+            free_slots &= free_slots - 1
+        vertex.slot, vertex.inner, vertex.end, vertex.is_first = slot_of[v], block.inner[v], block.ends[v], v == 0
+        vertex.degree = 0
+        rest = block.near[v] & ~settled
         while rest != 0:
             u = lowest_bit(rest)
             rest &= rest - 1
-            reach.at[d] = slot_of.at[u]
-            gains.at[d * gains.columns + 0] = link.at[v * link.columns + u]
-            gains.at[d * gains.columns + 1] = link.at[v * link.columns + u] * inner.at[u]
-            d += 1
-        complete.at[2], complete.at[3] = complete.at[0], complete.at[1]
-        vertex = Vertex(slot_of.at[v], reach, gains, d, inner.at[v], ends.at[v], v == 0)
-        size = 16
-        while size < 4 * many or size < 2 + d + d * d:
-            size *= 2
-        while True:
-            after = np.empty(size, np.int64)
-            for at in range(size):
-                after.at[at] = EMPTY
-            after_sums = np.empty((size, 2))
-            many = _frontier_settle(keys, sums, &vertex, &States(after, after_sums, complete))
-            if many != TOO_SMALL:
-                break
-            size *= 2
-            complete.at[0], complete.at[1] = complete.at[2], complete.at[3]
-        keys = after
-        sums = after_sums
-        free |= <int64_t>1 << slot_of.at[v]
-    return (complete.at[0], complete.at[1])
+            vertex.reach[vertex.degree] = slot_of[u]
+            vertex.gains[2 * vertex.degree] = block.link[v * block.count + u]
+            vertex.gains[2 * vertex.degree + 1] = block.link[v * block.count + u] * block.inner[u]
+            vertex.degree += 1
+        after = _settled(&before, &vertex, found)
+        if before.at != &start:
+            free(before.at)
+        before = after
+        if before.at == NULL:
+            return False
+        free_slots |= bit(slot_of[v])
+    if before.at != &start:
+        free(before.at)
+    return True
 
 
-cdef int64_t _frontier_settle(Ints keys, DoubleRows sums, Vertex* vertex, States* after) noexcept nogil:
+cdef States _settled(const States* before, const Vertex* vertex, BlockSum* complete) noexcept nogil:
+    """Return the states after a vertex is settled, in a table of their own; add the paths that become complete with it.
+
+    There is no table if there is no memory.
+    """
+    cdef BlockSum earlier = complete[0]
+    cdef int64_t i, d = vertex.degree
+    cdef States after = States(NULL, 16, 0)
+    while after.size < 4 * before.many or after.size < 2 + d + d * d:
+        after.size *= 2
+    while True:
+        after.at, after.many = <PathState*>malloc(after.size * sizeof(PathState)), 0
+        if after.at == NULL:
+            return after
+        for i in range(after.size):
+            after.at[i].key = NO_STATE
+        if _settle(before, vertex, &after, complete):
+            return after
+        free(after.at)
+        after.size *= 2
+        complete[0] = earlier
+
+
+cdef bint _settle(const States* before, const Vertex* vertex, States* after, BlockSum* complete) noexcept nogil:
     """Choose in every state which edges a path takes at the vertex being settled: none, one or two.
 
     Args:
-        keys: States before.
-        sums: Their sums.
-        vertex: `Vertex`.
-        after: `States`, an empty table for the states after.
+        before: States before.
+        vertex: The vertex.
+        after: An empty table for the states after.
+        complete: The paths that are complete, to be added to.
 
     Returns:
-        How many states there are after, or TOO_SMALL.
+        False if the table is too small.
     """
-    cdef int64_t most, stored, at, d, key, code, tip, i, led
-    cdef Ints reach
+    cdef int64_t d = vertex.degree, most = 1 + d + d * (d - 1) // 2
+    cdef int64_t at, code, tip, i
+    cdef uint64_t key, led
     cdef bint unused, may_end
     cdef double x, slope, ended, ended_slope, gain
-    # CHECK sign (C truncates): d * (d - 1) // 2
-    d = vertex.degree
-    reach = vertex.reach
-    most = 1 + d + d * (d - 1) // 2
-    stored = 0
-    for at in range(keys.count):
-        key = keys.at[at]
-        if key == EMPTY:
+    for at in range(before.size):
+        key = before.at[at].key
+        if key == NO_STATE:
             continue
-        if 2 * (stored + most) > after.keys.count:
-            return TOO_SMALL
-        x, slope = sums.at[at * sums.columns + 0], sums.at[at * sums.columns + 1]
-        code = key >> 4 * vertex.slot & CODE
-        key &= ~(CODE << 4 * vertex.slot)
+        if 2 * (after.many + most) > after.size:
+            return False
+        x, slope = before.at[at].sum, before.at[at].slope
+        code = _code(key, vertex.slot)
+        key &= ~(<uint64_t>CODE << 4 * vertex.slot)
         unused = code == UNUSED
         if unused or code == INNER:
-            stored += _insert(after, key, x, slope)
+            _insert(after, key, x, slope)
             if not unused:
                 continue
         may_end = key < 2 * ONE_END  # a path has two ends
         ended, ended_slope = x * vertex.end, x if vertex.is_first else slope * vertex.end
         x *= vertex.inner
         slope *= vertex.inner
-        tip = SETTLED_END if code == LOOSE else code - FIRST_MATE
+        tip = _mate(code)
         if may_end and not unused:
-            stored += _frontier_join(after, key + ONE_END, tip, SETTLED_END, (ended, ended_slope))
+            _join(after, complete, key + ONE_END, tip, SETTLED_END, ended, ended_slope)
         # An unused vertex takes two edges, the later one first, or one and ends; on a piece it takes one.
         for i in range(1 if unused else d, d + 1):
             led, gain = key, 1.0
             if i < d:
-                code = key >> 4 * reach.at[i] & CODE
+                code = _code(key, vertex.reach[i])
                 if code == INNER:
                     continue
-                gain = vertex.gains.at[i * vertex.gains.columns + (0 if code == UNUSED else 1)]
-                tip = reach.at[i] if code == UNUSED else SETTLED_END if code == LOOSE else code - FIRST_MATE
-                led = key if code == UNUSED else key ^ (code ^ INNER) << 4 * reach.at[i]
+                gain = vertex.gains[2 * i + (0 if code == UNUSED else 1)]
+                tip = vertex.reach[i] if code == UNUSED else _mate(code)
+                led = _taken(key, vertex.reach[i], code)
             elif unused:
                 if not may_end:
                     continue
                 led, tip, x, slope = key + ONE_END, SETTLED_END, ended, ended_slope
-            stored += _extend(after, vertex, i, led, tip, (x * gain, slope * gain))
-    return stored
+            _extend(after, complete, vertex, i, led, tip, x * gain, slope * gain)
+    return True
 
 
-cdef int64_t _extend(States* after, Vertex* vertex, int64_t stop, int64_t key, int64_t tip, (double, double) weight) noexcept nogil:
-    """Lead a piece on along one of the edges before `stop`; return the number of new states.
+cdef inline int64_t _code(uint64_t key, int64_t slot) noexcept nogil:
+    """Return what a state says of a slot."""
+    return key >> 4 * slot & CODE
+
+
+cdef inline int64_t _mate(int64_t code) noexcept nogil:
+    """Return the other tip of a piece, given what one tip's slot says."""
+    return SETTLED_END if code == LOOSE else code - FIRST_MATE
+
+
+cdef inline uint64_t _taken(uint64_t key, int64_t slot, int64_t code) noexcept nogil:
+    """Return a state after an edge to a slot is chosen: a tip becomes inner; an unused vertex will be given its mate."""
+    return key if code == UNUSED else key ^ (<uint64_t>(code ^ INNER) << 4 * slot)
+
+
+cdef void _extend(
+    States* after, BlockSum* complete, const Vertex* vertex, int64_t stop, uint64_t key, int64_t tip, double x, double slope
+) noexcept nogil:
+    """Lead a piece on along each of the edges before `stop`.
 
     Args:
-        after: `States`.
-        vertex: `Vertex`.
+        after: The table.
+        complete: The paths that are complete.
+        vertex: The vertex.
         stop: How many of its edges may be taken.
         key: The state without the piece.
-        tip: Slot of the other tip of the piece, or SETTLED.
-        weight: Of the state, and its derivative.
+        tip: Slot of the other tip of the piece, or SETTLED_END.
+        x: Weight of the state.
+        slope: Its derivative.
     """
-    cdef int64_t stored, i, slot, code, other, led
-    cdef double x, slope, gain
-    stored = 0
-    x, slope = weight
+    cdef int64_t i, slot, code, other
+    cdef double gain
     for i in range(stop):
-        slot = vertex.reach.at[i]
-        code = key >> 4 * slot & CODE
+        slot = vertex.reach[i]
+        code = _code(key, slot)
         if code == INNER or slot == tip:  # taken, or it would close a cycle
             continue
-        gain = vertex.gains.at[i * vertex.gains.columns + (0 if code == UNUSED else 1)]
-        other = slot if code == UNUSED else SETTLED_END if code == LOOSE else code - FIRST_MATE
-        led = key if code == UNUSED else key ^ (code ^ INNER) << 4 * slot
-        stored += _frontier_join(after, led, tip, other, (x * gain, slope * gain))
-    return stored
+        gain = vertex.gains[2 * i + (0 if code == UNUSED else 1)]
+        other = slot if code == UNUSED else _mate(code)
+        _join(after, complete, _taken(key, slot, code), tip, other, x * gain, slope * gain)
 
 
-cdef int64_t _frontier_join(States* after, int64_t key, int64_t tip, int64_t other, (double, double) weight) noexcept nogil:
-    """Let a piece reach from one tip to another; return the number of new states.
+cdef void _join(
+    States* after, BlockSum* complete, uint64_t key, int64_t tip, int64_t other, double x, double slope
+) noexcept nogil:
+    """Let a piece reach from one tip to another.
 
-    Tips are slots or SETTLED; a piece with two settled ends is a complete path and counted.
+    Tips are slots or SETTLED_END; a piece with two settled ends is a complete path and counted.
 
     Args:
-        after: `States`.
+        after: The table.
+        complete: The paths that are complete.
         key: The state without the piece.
         tip: One tip.
         other: The other one.
-        weight: Of the state, and its derivative.
+        x: Weight of the state.
+        slope: Its derivative.
     """
     if tip == SETTLED_END:
         tip, other = other, tip
     if tip == SETTLED_END:
         if key & OPEN_PIECES == 0:  # a second piece could never be joined to this path
-            after.complete.at[0] += weight[0]
-            after.complete.at[1] += weight[1]
-        return 0
-    key &= ~(CODE << 4 * tip)
+            complete.total += x
+            complete.down += slope
+        return
+    key &= ~(<uint64_t>CODE << 4 * tip)
     if other == SETTLED_END:
-        key |= LOOSE << 4 * tip
+        key |= <uint64_t>LOOSE << 4 * tip
     else:
-        key = key & ~(CODE << 4 * other) | FIRST_MATE + other << 4 * tip | FIRST_MATE + tip << 4 * other
-    return _insert(after, key, weight[0], weight[1])
+        key &= ~(<uint64_t>CODE << 4 * other)
+        key |= <uint64_t>(FIRST_MATE + other) << 4 * tip | <uint64_t>(FIRST_MATE + tip) << 4 * other
+    _insert(after, key, x, slope)
 
 
-cdef int64_t _insert(States* states, int64_t key, double x, double slope) noexcept nogil:
-    """Add to the sums of a state; return 1 if it is new to the table, else 0."""
-    cdef int64_t last, at
-    cdef Ints keys
-    cdef DoubleRows sums
-    keys = states.keys
-    sums = states.sums
-    last = keys.count - 1
-    at = (key ^ key >> 32) * SCATTER >> 32 & last
-    while keys.at[at] != key:
-        if keys.at[at] == EMPTY:
-            keys.at[at], sums.at[at * sums.columns + 0], sums.at[at * sums.columns + 1] = key, x, slope
-            return 1
-        at = at + 1 & last
-    sums.at[at * sums.columns + 0] += x
-    sums.at[at * sums.columns + 1] += slope
-    return 0
+cdef inline void _insert(States* states, uint64_t key, double x, double slope) noexcept nogil:
+    """Add to the sums of a state, which may be new to the table."""
+    cdef uint64_t last = <uint64_t>states.size - 1
+    cdef uint64_t at = ((key ^ key >> 32) * SCATTER >> 32) & last
+    while states.at[at].key != key:
+        if states.at[at].key == NO_STATE:
+            states.at[at] = PathState(key, x, slope)
+            states.many += 1
+            return
+        at = (at + 1) & last
+    states.at[at].sum += x
+    states.at[at].slope += slope

@@ -13,9 +13,12 @@ rounded to 1e-9, and ties go to the earlier pair. So pairs that move alike, as t
 do, are chosen alike whatever the order of merges.
 """
 
-cdef double STILL = 1e-05  # m; float32 coordinates some metres from the origin are no finer
-cdef double COINCIDENT = 0.001  # m
-cdef double PRECISION = 1000000000.0  # steps of RRJRD per 1
+cdef enum:
+    MOST_EDGES = 64  # a biconnected block of as many edges has no more vertices than a set of 64 bits
+
+cdef double STILL = 1e-5  # m; float32 coordinates some metres from the origin are no finer
+cdef double COINCIDENT = 1e-3  # m
+cdef double PRECISION = 1e9  # steps of RRJRD per 1
 
 
 cdef void add_distances(PathKernel* params, Doubles summary, FloatRows pose, double weight) noexcept nogil:
@@ -25,69 +28,65 @@ cdef void add_distances(PathKernel* params, Doubles summary, FloatRows pose, dou
     vectorises. What stands in the place of padding joints is never read.
 
     Args:
-        params: Record of `kernel.make_params`.
-        summary: Summary.
+        params: Of the measure.
+        summary: Of the segment.
         pose: (4, padded joints), of which 3 rows are coordinates, m; x is NaN where a joint does not count.
         weight: s, > 0.
     """
-    cdef DoubleRows twice
-    cdef int64_t axis, row, at, d, padded_joints, size, j, k, i
-    cdef Doubles far, own, total, low, high, x, y, z
+    cdef double x[2 * MOST_JOINTS]
+    cdef double y[2 * MOST_JOINTS]
+    cdef double z[2 * MOST_JOINTS]
+    cdef double far[MOST_JOINTS]
     cdef double dx, dy, dz
-    # CHECK np.zeros: np.zeros((3, 2 * padded_joints))
-    # CHECK np.empty: np.empty(size)
-    padded_joints, size = params.padded_joints, params.pairs
-    twice = np.zeros((3, 2 * padded_joints))
-    for axis in range(3):
-        for j in range(params.joints):
-            twice.at[axis * twice.columns + j] = pose.at[axis * pose.columns + j]
-            twice.at[axis * twice.columns + (params.joints + j)] = pose.at[axis * pose.columns + j]
-    far = np.empty(size)
+    cdef double* total = summary.at + params.distances_at
+    cdef double* low = total + params.pairs
+    cdef double* high = low + params.pairs
+    cdef int64_t row, d, i, k, padded_joints = params.padded_joints
+    _store_twice(x, pose.at, params)
+    _store_twice(y, pose.at + pose.columns, params)
+    _store_twice(z, pose.at + 2 * pose.columns, params)
+    if summary.at[DURATION] == 0.0:
+        for d in range(params.pairs):
+            low[d] = INFINITY
+            high[d] = -INFINITY
     for row in range(params.rows):
         k = row + 1
-        x = part_of_doubles(row_of_doubles(twice, 0), k, k + padded_joints)
-        y = part_of_doubles(row_of_doubles(twice, 1), k, k + padded_joints)
-        z = part_of_doubles(row_of_doubles(twice, 2), k, k + padded_joints)
-        own = part_of_doubles(far, row * padded_joints, k * padded_joints)
         for i in range(padded_joints):
-            dx, dy, dz = x.at[i] - twice.at[i], y.at[i] - twice.at[1 * twice.columns + i], z.at[i] - twice.at[2 * twice.columns + i]
-            own.at[i] = sqrt(dx * dx + dy * dy + dz * dz)
-    at = params.distances_at
-    total = part_of_doubles(summary, at, at + size)
-    low = part_of_doubles(summary, at + size, at + 2 * size)
-    high = part_of_doubles(summary, at + 2 * size, at + 3 * size)
-    if summary.at[DURATION] == 0.0:
-        for d in range(size):
-            low.at[d] = INFINITY
-            high.at[d] = -INFINITY
-    for d in range(size):
-        total.at[d] += weight * far.at[d]
-        low.at[d] = min(low.at[d], far.at[d])
-        high.at[d] = max(high.at[d], far.at[d])
+            dx, dy, dz = x[k + i] - x[i], y[k + i] - y[i], z[k + i] - z[i]
+            far[i] = sqrt(dx * dx + dy * dy + dz * dz)
+        for i in range(padded_joints):
+            total[i] += weight * far[i]
+            low[i] = min(low[i], far[i])
+            high[i] = max(high[i], far[i])
+        total, low, high = total + padded_joints, low + padded_joints, high + padded_joints
+
+
+cdef inline void _store_twice(double* goal, const float* line, PathKernel* params) noexcept nogil:
+    """Set (2 * padded joints,) numbers to those of all joints, then those of all joints again, then 0."""
+    cdef int64_t j
+    for j in range(params.joints):
+        goal[j] = goal[params.joints + j] = line[j]
+    for j in range(2 * params.joints, 2 * params.padded_joints):
+        goal[j] = 0.0
 
 
 cdef void rest_in_distances(PathKernel* params, Doubles summary, FloatRows pose, int64_t j) noexcept nogil:
     """Let the distances of a joint have been as they are for as long as a summary lasts, which is not empty."""
-    cdef int64_t row, joints, at, size, k, i, other, pair
-    cdef float far, x, y, z
-    # CHECK sign (C truncates): (j - k) % joints; (i + k) % joints
-    # CHECK loop over (j, (j - k) % joints)
-    joints, at, size = params.joints, params.distances_at, params.pairs
+    cdef int64_t row, k, side, i, pair, joints = params.joints
+    cdef float far
     for row in range(params.rows):
         k = row + 1
-        for i in (j, (j - k) % joints):
-            other = (i + k) % joints
-            x, y, z = pose.at[i] - pose.at[other], pose.at[1 * pose.columns + i] - pose.at[1 * pose.columns + other], pose.at[2 * pose.columns + i] - pose.at[2 * pose.columns + other]
-            pair = at + row * params.padded_joints + i
-            far = sqrtf(x * x + y * y + z * z)
+        for side in range(2):  # the pair that begins with the joint, and the one that ends with it
+            i = j if side == 0 else (j - k + joints) % joints
+            pair = params.distances_at + row * params.padded_joints + i
+            far = pose_distance(pose, i, (i + k) % joints)
             summary.at[pair] = summary.at[DURATION] * far
-            summary.at[pair + size] = summary.at[pair + 2 * size] = far
+            summary.at[pair + params.pairs] = summary.at[pair + 2 * params.pairs] = far
 
 
 cdef void merge_distances(PathKernel* params, Doubles target, Doubles other) noexcept nogil:
     """Add the distances of another segment; neither summary is empty."""
-    cdef int64_t d, at, size
-    at, size = params.distances_at, params.pairs
+    cdef int64_t d, at = params.distances_at, size = params.pairs
     for d in range(at, at + size):
         target.at[d] += other.at[d]
     for d in range(at + size, at + 2 * size):
@@ -96,13 +95,11 @@ cdef void merge_distances(PathKernel* params, Doubles target, Doubles other) noe
         target.at[d] = max(target.at[d], other.at[d])
 
 
-cdef double _relative_range(PathKernel* params, Doubles summary, int64_t pair) noexcept nogil:
+cdef inline double _relative_range(PathKernel* params, Doubles summary, int64_t pair) noexcept nogil:
     """Return the RRJRD of a pair, 0 if it can be no edge."""
-    cdef int64_t at
-    cdef double mean, low, high
-    at = params.distances_at + pair
-    low, high = summary.at[at + params.pairs], summary.at[at + 2 * params.pairs]
-    mean = summary.at[at] / summary.at[DURATION]
+    cdef int64_t at = params.distances_at + pair
+    cdef double low = summary.at[at + params.pairs], high = summary.at[at + 2 * params.pairs]
+    cdef double mean = summary.at[at] / summary.at[DURATION]
     if not (high - low >= STILL and mean >= COINCIDENT):  # NaN where one of the two was not seen yet
         return 0.0
     return rint((high - low) / mean * PRECISION) / PRECISION
@@ -110,40 +107,31 @@ cdef double _relative_range(PathKernel* params, Doubles summary, int64_t pair) n
 
 cdef void set_edges(PathKernel* params, Doubles summary) noexcept nogil:
     """Set the list of edges: their number, then pairs in increasing order, then their RRJRD."""
-    cdef Doubles best, ranges
-    cdef int64_t row, ties, place, at, count, most, joints, padded_joints, i
-    cdef double least, own
-    cdef bint tied
-    # CHECK sign (C truncates): joints // 2
-    # CHECK np.zeros: np.zeros(most)
-    # CHECK np.empty: np.empty(params.pairs)
-    most, joints, padded_joints = params.edges, params.joints, params.padded_joints
-    best = np.zeros(most)  # largest first
-    ranges = np.empty(params.pairs)
+    cdef double ranges[MOST_EDGES]  # the largest so far, in decreasing order; of equal ones the earlier pair first,
+    cdef int64_t pairs[MOST_EDGES]  # and theirs
+    cdef int64_t row, i, pair, rank, count = 0, joints = params.joints
+    cdef double own
+    cdef double* goal = summary.at + params.edges_at
     for row in range(params.rows):
         # The last row of an even number of joints holds each of its pairs twice.
         for i in range(joints if 2 * (row + 1) < joints else joints // 2):
-            own = _relative_range(params, summary, row * padded_joints + i)
-            ranges.at[row * padded_joints + i] = own
-            if own > best.at[most - 1]:
-                place = most - 1
-                while place > 0 and best.at[place - 1] < own:
-                    best.at[place] = best.at[place - 1]
-                    place -= 1
-                best.at[place] = own
-    least = best.at[most - 1]
-    ties = 0
-    for place in range(most):
-        ties += 1 if best.at[place] == least and least > 0.0 else 0
-    at = params.edges_at + 1
-    count = 0
-    for row in range(params.rows):
-        for i in range(joints if 2 * (row + 1) < joints else joints // 2):
-            own = ranges.at[row * padded_joints + i]
-            tied = own == least and ties > 0
-            if own > least or tied:
-                ties -= 1 if tied else 0
-                summary.at[at + count] = row * padded_joints + i
-                summary.at[at + most + count] = own
-                count += 1
-    summary.at[params.edges_at] = count
+            pair = row * params.padded_joints + i
+            own = _relative_range(params, summary, pair)
+            if not own > 0.0 or (count == params.edges and not own > ranges[count - 1]):
+                continue
+            rank = count if count < params.edges else count - 1
+            count = rank + 1
+            while rank > 0 and ranges[rank - 1] < own:
+                ranges[rank], pairs[rank] = ranges[rank - 1], pairs[rank - 1]
+                rank -= 1
+            ranges[rank], pairs[rank] = own, pair
+    for i in range(1, count):  # by their pairs
+        own, pair, rank = ranges[i], pairs[i], i
+        while rank > 0 and pairs[rank - 1] > pair:
+            ranges[rank], pairs[rank] = ranges[rank - 1], pairs[rank - 1]
+            rank -= 1
+        ranges[rank], pairs[rank] = own, pair
+    goal[0] = count
+    for i in range(count):
+        goal[1 + i] = pairs[i]
+        goal[1 + params.edges + i] = ranges[i]

@@ -8,34 +8,36 @@ paper visits them one by one. Their weighted sum needs no such visit:
    hangs below a cut vertex is folded into one factor of that vertex: ``below`` = 1 + weighted paths leaving
    it downwards. Pendant trees are blocks of two vertices and cost one multiplication an edge.
 2. Sum each block by the cheapest exact method: go through the sets of vertices a path can cover (Held and
-   Karp 1962; small blocks, and those with many vertices that can be swapped) or through the states of a frontier (Knuth's Simpath; large sparse blocks). A
-   block too wide for either, which takes far more than 45 edges, is left to a visit of every path.
+   Karp 1962; small blocks, and those with many vertices that can be swapped) or through the states of a frontier
+   (Knuth's Simpath; large sparse blocks). A block too wide for either, which takes far more than 45 edges, is left to
+   a visit of every path. So is one for whose states there is no memory.
 """
 
 cdef enum:
-    MOST_EDGES = 64  # a biconnected block of as many edges has no more vertices than an int64 has bits
-    FEW_STATES = 2 ** 12  # up to here the sets are so few that they always beat a frontier
-    NOTHING = 0
-    MOST_STATES = 2 ** 17  # of 17 vertices are 18 MB
+    FEW_STATES = 1 << 12  # up to here the sets are so few that they always beat a frontier
+    MOST_STATES = 1 << MOST_GROUPS  # of 17 vertices are 18 MB
+
 
 cdef struct WeightedGraph:  # A graph as the search goes through it, and what it has summed so far.
-    Ints first  # (V + 1,) where each vertex's entries begin in the next two
-    Ints neighbour  # (2E,)
-    Doubles link  # (2E,) weight of the edge to it
-    Doubles weights  # (V,) of the vertices
-    Doubles below  # (V,) 1 + weighted paths that leave the vertex into the blocks summed so far
+    const double* weights  # (V,) of the vertices
+    int64_t first[MOST_JOINTS + 1]  # (V + 1,) where each vertex's entries begin in the next two
+    int64_t neighbour[2 * MOST_EDGES]  # (2E,)
+    double link[2 * MOST_EDGES]  # (2E,) weight of the edge to it
+    double below[MOST_JOINTS]  # (V,) 1 + weighted paths that leave the vertex into the blocks summed so far
 
 
-cdef struct Search:  # Tarjan's search: (V,) int64 each, zero before the first component.
-    Ints found  # when the vertex was found, from 1
-    Ints low  # the earliest one that is reached from below it
-    Ints tried  # of its neighbours
-    Ints trail  # from the root to where the search is
-    Ints waiting  # found, and in no block yet
-    Ints place  # in the block that is summed
+cdef struct Search:  # Tarjan's search: (V,) each, zero before the first component.
+    int32_t found[MOST_JOINTS]  # when the vertex was found, from 1
+    int32_t low[MOST_JOINTS]  # the earliest one that is reached from below it
+    int32_t tried[MOST_JOINTS]  # of its neighbours
+    int32_t trail[MOST_JOINTS]  # from the root to where the search is
+    int32_t waiting[MOST_JOINTS]  # found, and in no block yet
+    int32_t rank[MOST_JOINTS]  # in the block that is summed
 
 
-cdef double path_sum(Doubles vertex_weights, IntRows edges, Doubles edge_weights) noexcept nogil:
+cdef double path_sum(
+    const double* vertex_weights, int64_t count, const int64_t* edges, const double* edge_weights, int64_t edge_count
+) noexcept nogil:
     """Sum the products of weights over all simple paths of an undirected graph.
 
     Computes sum over paths P of prod(vertex weights on P) * prod(edge weights on P), every undirected path
@@ -43,41 +45,30 @@ cdef double path_sum(Doubles vertex_weights, IntRows edges, Doubles edge_weights
     vertex and edge kernels as weights. To damp long paths multiply every edge weight by the decay.
 
     The time is that of the hardest biconnected block: microseconds for the graphs of a skeleton, milliseconds
-    for any graph of 45 edges. More edges are not refused up to MOST_EDGES, but the time is exponential in the
-    width of the graph.
+    for any graph of 45 edges. More edges are summed, too, but the time is exponential in the width of the graph.
 
     Args:
-        vertex_weights: (V,) float64, >= 0.
-        edges: (E, 2) int64, C-contiguous, pairs of different vertices, no pair twice in either direction,
-            E <= MOST_EDGES. The caller sees to that.
-        edge_weights: (E,) float64, >= 0.
+        vertex_weights: (V,) >= 0.
+        count: V <= MOST_JOINTS.
+        edges: (E, 2) pairs of different vertices, no pair twice in either direction.
+        edge_weights: (E,) >= 0.
+        edge_count: E <= MOST_EDGES.
 
     Returns:
         The sum. Weights of zero take their vertex or edge out of the graph; NaN on any path gives NaN.
-
-    Raises:
-        ValueError: More than MOST_EDGES edges.
     """
-    cdef int64_t count, v
+    cdef int64_t v
+    cdef double total = 0.0
     cdef WeightedGraph graph
-    cdef IntRows places
     cdef Search search
-    cdef double total
-    cdef Ints first, neighbour
-    cdef Doubles link
-    # CHECK np.ones: np.ones(count)
-    # CHECK np.zeros: np.zeros((6, count), np.int64)
-    if edges.rows > MOST_EDGES:
-        # CHECK raise ValueError('edges: at most 64 are supported')
-    count = vertex_weights.count
-    first, neighbour, link = _neighbour_lists(vertex_weights, edges, edge_weights)
-    graph = WeightedGraph(first, neighbour, link, vertex_weights, np.ones(count))
-    places = np.zeros((6, count), np.int64)
-    search = Search(row_of_ints(places, 0), row_of_ints(places, 1), row_of_ints(places, 2), row_of_ints(places, 3), row_of_ints(places, 4), row_of_ints(places, 5))
-    total = 0.0
+    graph.weights = vertex_weights
+    _list_neighbours(&graph, count, edges, edge_weights, edge_count)
     for v in range(count):
-        total += vertex_weights.at[v]
-        if search.found.at[v] == 0 and first.at[v] < first.at[v + 1]:
+        graph.below[v] = 1.0
+        search.found[v] = search.low[v] = search.tried[v] = search.rank[v] = 0
+    for v in range(count):
+        total += vertex_weights[v]
+        if search.found[v] == 0 and graph.first[v] < graph.first[v + 1]:
             total += _component_sum(&graph, v, &search)
     return total
 
@@ -86,155 +77,132 @@ cdef double _component_sum(WeightedGraph* graph, int64_t root, Search* search) n
     """Sum the paths of length >= 1 of one component, block by block as Tarjan's search completes them.
 
     Args:
-        graph: `WeightedGraph`; `below` is brought up to date.
+        graph: The graph; `below` is brought up to date.
         root: A vertex of the component.
-        search: `Search`.
+        search: The search.
     """
-    cdef int64_t clock, depth, held, v, entry, parent, begin, u
-    cdef double total, down, within
-    cdef Ints first, found, low, tried, trail, waiting
-    cdef Doubles weights, below
-    first = graph.first
-    weights = graph.weights
-    below = graph.below
-    found = search.found
-    low = search.low
-    tried = search.tried
-    trail = search.trail
-    waiting = search.waiting
-    found.at[root] = low.at[root] = clock = 1
-    trail.at[0] = root
-    depth = held = NOTHING
-    total = 0.0
+    cdef int32_t clock = 1
+    cdef int64_t v, u, entry, parent, begin, depth = 0, held = 0
+    cdef double down, total = 0.0
+    cdef BlockSum within
+    search.found[root] = search.low[root] = clock
+    search.trail[0] = root
     while True:
-        v = trail.at[depth]
-        entry = first.at[v] + tried.at[v]
-        if entry < first.at[v + 1]:
-            tried.at[v] += 1
-            u = graph.neighbour.at[entry]
-            if found.at[u] > 0:
-                low.at[v] = min(low.at[v], found.at[u])
+        v = search.trail[depth]
+        entry = graph.first[v] + search.tried[v]
+        if entry < graph.first[v + 1]:
+            search.tried[v] += 1
+            u = graph.neighbour[entry]
+            if search.found[u] > 0:
+                search.low[v] = min(search.low[v], search.found[u])
             else:
                 clock += 1
-                found.at[u] = low.at[u] = clock
+                search.found[u] = search.low[u] = clock
                 depth += 1
-                trail.at[depth] = waiting.at[held] = u
+                search.trail[depth] = search.waiting[held] = u
                 held += 1
             continue
         if depth == 0:
             return total
         depth -= 1
-        parent = trail.at[depth]
-        low.at[parent] = min(low.at[parent], low.at[v])
-        if low.at[v] < found.at[parent]:
+        parent = search.trail[depth]
+        search.low[parent] = min(search.low[parent], search.low[v])
+        if search.low[v] < search.found[parent]:
             continue
         begin = held - 1  # all that waits since v forms a block with the parent
-        while waiting.at[begin] != v:
+        while search.waiting[begin] != v:
             begin -= 1
         if begin == held - 1:
-            down = graph.link.at[first.at[parent] + tried.at[parent] - 1] * weights.at[v] * below.at[v]
-            total += weights.at[parent] * below.at[parent] * down
+            entry = graph.first[parent] + search.tried[parent] - 1
+            down = graph.link[entry] * graph.weights[v] * graph.below[v]
+            total += graph.weights[parent] * graph.below[parent] * down
         else:
-            within, down = _graph_block_sum(graph, parent, part_of_ints(waiting, begin, held), search.place)
-            total += within
-        below.at[parent] += down
+            within = _graph_block_sum(graph, parent, search.waiting + begin, held - begin, search.rank)
+            down = within.down
+            total += within.total
+        graph.below[parent] += down
         held = begin
 
 
-cdef (Ints, Ints, Doubles) _neighbour_lists(Doubles vertex_weights, IntRows edges, Doubles edge_weights) noexcept nogil:
-    """List the neighbours of each vertex, leaving out the edges on which every path weighs nothing.
-
-    Returns:
-        (V + 1,) where each vertex's entries begin, (2E,) neighbours, (2E,) weights of the edges to them.
-    """
-    cdef int64_t count, many, side, v, e, u
-    cdef Ints first, neighbour
-    cdef Doubles link
-    # CHECK np.zeros: np.zeros(count + 1, np.int64)
-    # CHECK np.empty: np.empty(many, np.int64)
-    # CHECK np.empty: np.empty(many)
-    count = vertex_weights.count
-    first = np.zeros(count + 1, np.int64)
-    many = 0
-    for side in range(2 * edges.rows):
-        e = side >> 1
-        if edge_weights.at[e] != 0.0 and vertex_weights.at[edges.at[e * edges.columns + 0]] != 0.0 and vertex_weights.at[edges.at[e * edges.columns + 1]] != 0.0:
-            first.at[edges.at[e * edges.columns + (side & 1)]] += 1
-            many += 1
+cdef void _list_neighbours(
+    WeightedGraph* graph, int64_t count, const int64_t* edges, const double* edge_weights, int64_t edge_count
+) noexcept nogil:
+    """List the neighbours of each vertex, leaving out the edges on which every path weighs nothing."""
+    cdef int64_t v, e, side, entry
+    memset(graph.first, 0, (count + 1) * sizeof(int64_t))
+    for e in range(edge_count):
+        if _counts(graph, edges + 2 * e, edge_weights[e]):
+            graph.first[edges[2 * e]] += 1
+            graph.first[edges[2 * e + 1]] += 1
     for v in range(count):
-        first.at[v + 1] += first.at[v]
-    neighbour = np.empty(many, np.int64)
-    link = np.empty(many)
-    for side in range(2 * edges.rows):  # filled from the back, which leaves first[v] at the first entry of v
-        e = side >> 1
-        u, v = edges.at[e * edges.columns + (side & 1)], edges.at[e * edges.columns + (1 - (side & 1))]
-        if edge_weights.at[e] != 0.0 and vertex_weights.at[u] != 0.0 and vertex_weights.at[v] != 0.0:
-            first.at[u] -= 1
-            neighbour.at[first.at[u]] = v
-            link.at[first.at[u]] = edge_weights.at[e]
-    return first, neighbour, link
+        graph.first[v + 1] += graph.first[v]
+    for e in range(edge_count):  # filled from the back, which leaves first[v] at the first entry of v
+        if _counts(graph, edges + 2 * e, edge_weights[e]):
+            for side in range(2):
+                v = edges[2 * e + side]
+                graph.first[v] -= 1
+                entry = graph.first[v]
+                graph.neighbour[entry] = edges[2 * e + 1 - side]
+                graph.link[entry] = edge_weights[e]
 
 
-cdef (double, double) _graph_block_sum(WeightedGraph* graph, int64_t parent, Ints others, Ints place) noexcept nogil:
+cdef inline bint _counts(const WeightedGraph* graph, const int64_t* edge, double weight) noexcept nogil:
+    """Tell whether a path over an edge weighs anything."""
+    return weight != 0.0 and graph.weights[edge[0]] != 0.0 and graph.weights[edge[1]] != 0.0
+
+
+cdef BlockSum _graph_block_sum(
+    const WeightedGraph* graph, int64_t parent, const int32_t* others, int64_t count, int32_t* rank
+) noexcept nogil:
     """Number the vertices of a block, the parent 0, collect the edges between them, and sum its paths.
 
     Args:
-        graph: `WeightedGraph`.
+        graph: The graph.
         parent: Vertex of the block nearest the root.
         others: Its other vertices.
-        place: (V,) int64, scratch.
+        count: How many these are.
+        rank: (V,) scratch, zero at first.
     """
-    cdef int64_t n, i, v, entry, j
-    cdef Ints members, near
-    cdef DoubleRows inside
-    cdef Doubles inner, ends
-    # CHECK np.empty: np.empty(n, np.int64)
-    # CHECK np.zeros: np.zeros(n, np.int64)
-    # CHECK np.zeros: np.zeros((n, n))
-    # CHECK np.empty: np.empty(n)
-    n = others.count + 1
-    members = np.empty(n, np.int64)
-    near = np.zeros(n, np.int64)
-    inside = np.zeros((n, n))
-    inner = np.empty(n)
-    ends = np.empty(n)
+    cdef Block block
+    cdef int64_t members[MOST_VERTICES]
+    cdef int64_t i, j, v, entry, n = count + 1
+    block.count = n
+    memset(block.near, 0, n * sizeof(uint64_t))
+    memset(block.link, 0, n * n * sizeof(double))
     for i in range(n):
-        v = others.at[i - 1] if i > 0 else parent
-        members.at[i] = v
-        place.at[v] = i
-        inner.at[i] = graph.weights.at[v]
-        ends.at[i] = graph.weights.at[v] * graph.below.at[v]
+        v = others[i - 1] if i > 0 else parent
+        members[i] = v
+        rank[v] = i
+        block.inner[i] = graph.weights[v]
+        block.ends[i] = graph.weights[v] * graph.below[v]
     for i in range(n):
-        v = members.at[i]
-        for entry in range(graph.first.at[v], graph.first.at[v + 1]):
-            j = place.at[graph.neighbour.at[entry]]
-            if j < n and members.at[j] == graph.neighbour.at[entry]:
-                near.at[i] |= <int64_t>1 << j
-                inside.at[i * inside.columns + j] = graph.link.at[entry]
-    return block_sum(near, inside, inner, ends)
+        v = members[i]
+        for entry in range(graph.first[v], graph.first[v + 1]):
+            j = rank[graph.neighbour[entry]]
+            if j < n and members[j] == graph.neighbour[entry]:
+                block.near[i] |= bit(j)
+                block.link[i * n + j] = graph.link[entry]
+    return block_sum(&block)
 
 
-cdef (double, double) block_sum(Ints near, DoubleRows link, Doubles inner, Doubles ends) noexcept nogil:
-    """Sum the paths of one block, as described in `blocks`, by the method that should cost least.
-
-    Returns:
-        The sum over its paths of length >= 1, and the part of it that ends at vertex 0, over ends[0].
-    """
-    cdef int64_t n, count, width
-    cdef IntRows twins
-    cdef Ints order
-    cdef double states, cost
-    # CHECK np.empty: np.empty((4, n), np.int64)
-    # CHECK np.empty: np.empty(n, np.int64)
-    n = near.count
-    twins = np.empty((4, n), np.int64)
-    count, states = find_twins(near, link, inner, ends, twins)
-    if states <= FEW_STATES:
-        return subset_sum(link, inner, ends, twins, count)
-    order = np.empty(n, np.int64)
-    cost, width = elimination_order(near, order)
-    if states <= MOST_STATES and count * states < 30.0 * cost:  # the factor is measured
-        return subset_sum(link, inner, ends, twins, count)
-    if width <= FRONTIER_SLOTS:
-        return frontier_sum(near, link, inner, ends, order)
-    return depth_first_sum(near, link, inner, ends)  # slow but exact; 45 edges are too few to come here
+cdef BlockSum block_sum(const Block* block) noexcept nogil:
+    """Sum the paths of one block by the method that should cost least."""
+    cdef Twins twins
+    cdef int64_t order[MOST_VERTICES]
+    cdef int64_t width
+    cdef double cost
+    cdef BlockSum found
+    cdef void* room
+    find_twins(block, &twins)
+    cost, width = INFINITY, 0
+    if twins.states > FEW_STATES:
+        cost, width = elimination_order(block, order)
+    if twins.states <= MOST_STATES and (twins.count * twins.states < 30.0 * cost):  # the factor is measured
+        room = malloc(subset_room(&twins))
+        if room != NULL:
+            found = subset_sum(block, &twins, room)
+            free(room)
+            return found
+    elif width <= FRONTIER_SLOTS and frontier_sum(block, order, &found):
+        return found
+    return depth_first_sum(block)  # slow but exact

@@ -1,26 +1,15 @@
 """What the parts that developers measure rest on."""
 
-import subprocess
-
 import numpy as np
 import pytest
 
 from checks.speed.forms import FORMS, LISTS, MORE, forms
-from checks.speed.start import copied, first_import
 from mossar_tools.bench.motion import performer
 
 
 @pytest.fixture(scope="module")
 def motion():
     return performer(4.0)
-
-
-def test_starts_are_those_of_the_copy():
-    with copied() as folder:
-        assert first_import(folder).wall > 0
-        (folder / "mossar_stream" / "__init__.py").write_text("raise SystemExit('the copy')")
-        with pytest.raises(subprocess.CalledProcessError):
-            first_import(folder)
 
 
 def test_forms_that_people_hand_over_are_measured_beside_ours(motion):

@@ -232,7 +232,7 @@ def _send(wire, lines):
     wire.sendall(b"".join(line + b"\n" for line in lines))
 
 
-PATIENCE = 300_000  # ms: with the first records Flink starts a worker, which loads compiled kernels
+PATIENCE = 120_000  # ms: with the first records Flink starts a worker
 
 
 def _hear(receiver, until):

@@ -65,9 +65,6 @@ def test_performers_of_two_sources_with_the_same_name_stay_apart(stage):
 
 
 def test_a_stall_is_reported_and_the_take_ends_after_the_pause(stage):
-    Pipeline(
-        [stage.Script([stage.meta(), stage.wave(0, 30)])], [stage.Collected()]
-    ).run()  # loads the kernels
     sink = stage.Collected()
     source = stage.Script([stage.meta(), stage.wave(0, 30), 0.75, stage.wave(30, 30)], live=True)
     Pipeline([source], [sink], Settings(max_pause=0.6)).run()

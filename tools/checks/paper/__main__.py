@@ -8,13 +8,11 @@ from checks.paper.tables import grids_json, paper_tables
 from mossar_stream import Settings
 from mossar_tools.cli import guarded, run_command
 from mossar_tools.commands.evaluate import load_takes
-from mossar_tools.compiling import reporting_compilation
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, UsageError
 from mossar_tools.options import Options, add_messages, add_output, add_plot, add_settings
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
-from mossar_tools.signals import interruptibly
 from mossar_tools.values import whole
 
 DESCRIPTION = """Repeat the paper's experiments on labelled recordings: Tables 2 to 7 and Figures 11 to 14. The conventional
@@ -46,8 +44,7 @@ def run(options: Options, console: Console) -> int:
     outputs = Outputs.of(options)
     settings = Settings.build("paper", options.set)
     takes = load_takes(options, console)
-    with reporting_compilation(settings):
-        done = interruptibly(lambda: experiments(takes, settings, console.status))
+    done = experiments(takes, settings, console.status)
     found = {"v": 1, "splitting": grids_json(done.splitting), "remerging": grids_json(done.remerging)}
     outputs.write_json(found, console)
     if not outputs.piped:

@@ -166,7 +166,6 @@ def _grid(
 ) -> Grid:
     """Return the best by Perf of what `solve` yields along the second axis, for each value of the first."""
     first, second = axes
-    next(iter(solve(takes[0], first.values[0])))  # kernels are compiled before the clock runs
     seconds = np.zeros((len(first.values), len(second.values)))
     scores: list[list[list[Scores]]] = []
     for take in takes:

@@ -8,7 +8,6 @@ from checks.peers.results import NOTES, compare, result_lines, results_json, usa
 from mossar_tools.bench.machine import Watch
 from mossar_tools.bench.report import machine_lines
 from mossar_tools.cli import guarded, run_command
-from mossar_tools.compiling import reporting_compilation
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE
 from mossar_tools.evaluation.performer import demo_takes
@@ -17,7 +16,6 @@ from mossar_tools.evaluation.trial import groups_of
 from mossar_tools.options import Options, add_messages, add_output, add_plot
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
-from mossar_tools.signals import interruptibly
 
 DEMO_SEEDS = 4  # performances of each kind
 REPEATS = 3
@@ -52,8 +50,7 @@ def run(options: Options, console: Console) -> int:
     def on_progress(text: str) -> None:
         console.status(text, now=True)
 
-    with reporting_compilation():
-        rows = interruptibly(lambda: list(compare(groups_of(_takes(options)), peers, repeats, on_progress)))
+    rows = list(compare(groups_of(_takes(options)), peers, repeats, on_progress))
     machine = watch.machine()
     if not outputs.piped:
         for line in (*result_lines(rows), *NOTES.splitlines(), *machine_lines(machine)):

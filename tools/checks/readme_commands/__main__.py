@@ -18,7 +18,6 @@ from pathlib import Path
 from checks.readme_commands.commands import Command, all_commands, wrong_mentions
 from checks.readme_commands.stage import GOES_ON, Stage
 
-FIRST = "mossar evaluate DIR"  # has all kernels compiled, so that the others need not
 WAITING = 4  # commands at once that go on; most of them wait for something
 
 
@@ -33,7 +32,6 @@ def main() -> int:
     commands = [command for command in all_commands() if given.only in command.line]
     with tempfile.TemporaryDirectory() as name:
         stage = Stage(Path(name) / "stage")
-        stage.run(Command("", FIRST))
         for command, (problem, seconds) in _all_run(stage, commands):
             print(
                 f"{command.line}\n    {problem or 'as it should be'} ({seconds:.1f} s; {command.place})",

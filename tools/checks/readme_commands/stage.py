@@ -20,7 +20,7 @@ from mossar_tools.errors import DONE, INTERRUPTED
 PATIENCE = 4.0  # s until a command that goes on is interrupted
 LIMIT = 300.0  # s in which one that ends by itself must have ended, on a machine that is busy
 TRIES = 3  # of a command whose port is in use
-GOODBYE = 60.0  # s that it may take to end after Ctrl-C; a busy machine may be compiling
+GOODBYE = 20.0  # s that it may take to end after Ctrl-C, on a machine that is busy
 
 PROGRAMS = ("mossar ", "python ", "python3 ", "pip ", "flink ", "eval ")  # nothing else is handed to a shell
 # Streams of others, the dashboard, endless shows, and what takes minutes.

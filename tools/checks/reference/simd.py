@@ -1,6 +1,6 @@
 """What `mossar_stream.jit.simd` computes, in plain Python, number by number and in the same order.
 
-Tests compare the two bit by bit; `python -m checks.speed.tricks` compiles kernels with these instead.
+Tests compare the two bit by bit.
 """
 
 import numpy as np

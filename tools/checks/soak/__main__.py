@@ -25,7 +25,7 @@ from mossar_adapters.source import Meta
 from mossar_adapters.websocket import WebSocketSink
 from mossar_adapters.zeromq.sink import ZmqSink
 from mossar_adapters.zeromq.source import ZmqSource
-from mossar_stream import Event, Segmenter, Settings
+from mossar_stream import Event, Settings
 
 MOST_GROWTH = 4 << 20  # bytes
 DISK = 16 << 20  # bytes that a file may have: the recording's disk is full after them
@@ -118,7 +118,6 @@ def main() -> int:
 def soak(folder: Path, seconds: float, seed: int) -> int:
     """Run for so many seconds and return the exit status."""
     settings = Settings(max_pause=MAX_PAUSE)
-    Segmenter(SKELETON, settings)  # compiles before the clock runs
     truth = Truth(SKELETON, settings)
     source = ZmqSource(parse_url("zmq+bind://127.0.0.1:0"))
     stage = Stage(source.endpoint.replace("tcp:", "zmq:"), truth, lambda: pipeline.outcome.frames, seed)

@@ -43,7 +43,7 @@ OWN: Final[dict[str, Measure]] = {
 ALL: Final[dict[str, Measure]] = {**MEASURES, **OWN}
 
 DESCRIPTION = """Measure what developers need beside `mossar bench`: what moves, limbs, repetitions and the activity add to a
-frame, other forms of frames, the start with an empty cache, splitting alone, the stages, the path kernel, the hierarchy, the cost of joints and
+frame, other forms of frames, the start, splitting alone, the stages, the path kernel, the hierarchy, the cost of joints and
 of the window, and the delay from a frame sent to its event received."""
 EXAMPLES = """  python -m checks.speed                            a quarter of an hour
   python -m checks.speed DIR --only hierarchy       real recordings; the parts of mossar bench can be named, too

@@ -91,7 +91,7 @@ def measure(work: Work) -> Iterator[Measurement]:
     """Yield rates, what they mean in performers, and the memory of each."""
     count = work.some(PERFORMERS, 40)
     motion = work.single.slowed(CROWD_FPS)
-    Crowd(motion, 2)  # compiles, so that this is not counted as memory of performers
+    Crowd(motion, 2)  # what all performers share is not counted as memory of performers
     crowd = Crowd(motion, count)
     early = crowd.kilobytes()
     for way in _WAYS:

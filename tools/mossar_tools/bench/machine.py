@@ -7,7 +7,6 @@ from pathlib import Path
 
 import msgspec
 import msgspec.structs
-import numba
 import numpy as np
 
 import mossar_stream
@@ -67,7 +66,6 @@ class Watch:
                 "mossar-stream": mossar_stream.__version__,
                 "python": platform.python_version(),
                 "numpy": np.__version__,
-                "numba": numba.__version__,
             },
         )
         load, now = _load(), _seconds()

@@ -61,12 +61,10 @@ def measured(options: Options, console: Console, measures: Measures) -> int:
     outputs = Outputs.of(options)
     from mossar_tools.bench.machine import Watch
     from mossar_tools.bench.report import NOTES, as_json, machine_lines, table
-    from mossar_tools.compiling import reporting_compilation
 
     watch = Watch()
     parts = chosen(options.only, measures)
-    with reporting_compilation():
-        rows = _rows({name: measures[name] for name in parts}, options, console, shown=not outputs.piped)
+    rows = _rows({name: measures[name] for name in parts}, options, console, shown=not outputs.piped)
     machine = watch.machine()
     if not outputs.piped:
         for line in (*NOTES.splitlines(), *machine_lines(machine)):

@@ -14,7 +14,6 @@ from mossar_tools.evaluation.takes import Take
 from mossar_tools.options import Options, add_messages, add_output, add_plot, add_settings
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
-from mossar_tools.signals import interruptibly
 from mossar_tools.values import share, whole
 
 DESCRIPTION = """Compare key frames with the true cuts of labelled recordings: Mossar by parts and similarities,
@@ -90,7 +89,6 @@ def run(options: Options, console: Console) -> int:
     if options.sides or options.strict is not None:
         raise UsageError("--sides and --strict take a folder of moves on command")
     takes = load_takes(options, console)
-    from mossar_tools.compiling import reporting_compilation
     from mossar_tools.evaluation.chance import chance_methods
     from mossar_tools.evaluation.mossar import mossar_methods
     from mossar_tools.evaluation.report import as_json, recording_table, tables
@@ -99,8 +97,7 @@ def run(options: Options, console: Console) -> int:
     groups = groups_of(takes)
     methods = [*mossar_methods(settings), *chance_methods(settings)]
     progress = _progress(console, len(methods) * len(takes))
-    with reporting_compilation(settings):
-        rows = interruptibly(lambda: {name: trial(own, methods, progress) for name, own in groups.items()})
+    rows = {name: trial(own, methods, progress) for name, own in groups.items()}
     report = as_json(groups, rows)
     shown = {name: next(row for row in rows[name] if row.method == SHOWN) for name in groups}
     lists = (("", *recording_table(own, shown[name])) for name, own in groups.items())
@@ -130,28 +127,23 @@ def _is_of_moves(options: Options) -> bool:
 
 def _moves(options: Options, console: Console, outputs: Outputs, settings: Settings) -> int:
     """Show what comes of moves on command, and of segmented examples."""
-    from mossar_tools.compiling import reporting_compilation
     from mossar_tools.evaluation.moves_report import evaluate_moves, moves_json, moves_lines, moves_rows
 
     if options.plot:
         raise UsageError("--plot takes a folder with true cuts; this one holds moves")
-    with reporting_compilation(settings):
-        found = interruptibly(
-            lambda: evaluate_moves(
-                Path(parse_url(options.sources[0]).path),
-                settings,
-                console.status,
-                sides=options.sides,
-                strict=options.strict,
-            )
-        )
+    found = evaluate_moves(
+        Path(parse_url(options.sources[0]).path),
+        settings,
+        console.status,
+        sides=options.sides,
+        strict=options.strict,
+    )
     outputs.write(console, moves_json(found), moves_rows(found), moves_lines(found))
     return DONE
 
 
 def _sets(options: Options, console: Console, outputs: Outputs, settings: Settings) -> int:
     """Show several folders beside each other."""
-    from mossar_tools.compiling import reporting_compilation
     from mossar_tools.evaluation.report import as_json, tables
     from mossar_tools.evaluation.sets import compare_sets, load_sets
 
@@ -159,10 +151,7 @@ def _sets(options: Options, console: Console, outputs: Outputs, settings: Settin
         raise UsageError("--plot takes one folder")
     folders = [Path(source) for source in options.sources]
     sets = load_sets(folders, lambda path: console.status(f"reading {path}"))
-    with reporting_compilation():
-        rows = interruptibly(
-            lambda: compare_sets(sets, settings, console.status, leave_out=options.leave_out)
-        )
+    rows = compare_sets(sets, settings, console.status, leave_out=options.leave_out)
     report = as_json(sets, rows)
     outputs.write(console, report, _flat(report), tables(sets, rows))
     return DONE

@@ -183,19 +183,13 @@ def _files(options: Options) -> list[str]:
 
 
 def _one(options: Options, outputs: Outputs, console: Console) -> int:
-    from mossar_tools.batch import read_task, report_of, rows_of, segment_whole
-    from mossar_tools.compiling import reporting_compilation
-    from mossar_tools.signals import interruptibly
+    from mossar_tools.batch import report_of, rows_of, segment_whole
 
-    settings = options.settings(range="file")
-    # Read first: kernels are not compiled for a file that cannot be read.
-    task = interruptibly(
-        lambda: read_task(options, lambda share: console.progress(share, f"reading {options.file}"))
+    loaded, result, chosen = segment_whole(
+        options,
+        lambda share: console.progress(share, f"reading {options.file}"),
+        curves=outputs.picture is not None,
     )
-    with reporting_compilation(settings):
-        loaded, result, chosen = interruptibly(
-            lambda: segment_whole(options, task, curves=outputs.picture is not None)
-        )
     console.clear()
     outputs.write_json(report_of(options, loaded, result, chosen), console)
     outputs.write_csv(rows_of(options, loaded, result, chosen), console)
@@ -328,14 +322,12 @@ def _tiers(
 
 def _several(files: list[str], options: Options, outputs: Outputs, console: Console) -> int:
     from mossar_tools.batch import Segmented, columns_of, segment_all
-    from mossar_tools.streaming import warm_up
 
     def shown(results: Iterator[Segmented]) -> Iterator[Segmented]:
         for number, done in enumerate(results, 1):
             console.progress(number / len(files), f"{number} of {len(files)}: {done.name}")
             yield done
 
-    warm_up(options.settings())  # here, so that the processes find the kernels
     bad = 0
     with (
         outputs.json_lines(console) as write_json,

@@ -308,12 +308,10 @@ def _within(
 
 def _discover(options: Options, console: Console) -> int:
     """Show the kinds of moves in a recording, and take those that are named."""
-    from mossar_tools.compiling import reporting_compilation
     from mossar_tools.discovering import MOST_DRAWN, discover, draw_kinds, lines_of
     from mossar_tools.loaded_recording import load_recording
     from mossar_tools.outputs import Outputs
     from mossar_tools.palette import palette
-    from mossar_tools.signals import interruptibly
 
     picture = Outputs.of(options).picture
     whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
@@ -321,8 +319,7 @@ def _discover(options: Options, console: Console) -> int:
         # Errors of the file are reported before the search for kinds, which takes long.
         moves_for(options.file, whole.skeleton)
     settings = options.settings(range="file")
-    with reporting_compilation(settings):
-        kinds, left_out = interruptibly(lambda: discover(whole, settings))
+    kinds, left_out = discover(whole, settings)
     for line in lines_of(kinds):
         console.line(line)
     if left_out:
@@ -362,7 +359,7 @@ def _teach_live(options: Options, console: Console) -> int:
     from mossar_adapters.pipeline import Pipeline
     from mossar_tools.opening import source_of
     from mossar_tools.signals import stopping
-    from mossar_tools.streaming import warm_up
+    from mossar_tools.streaming import check_streamable
     from mossar_tools.taking import MovementTaker
 
     if Path(options.file).exists():
@@ -395,7 +392,7 @@ def _teach_live(options: Options, console: Console) -> int:
 
         taker = MovementTaker(take, console.say)
         pipeline = Pipeline([source], [], settings, views=[taker])
-        warm_up(settings)
+        check_streamable(settings)
         if options.pose is not None:
             console.say(f"rest, then take the pose {options.pose!r} and hold it")
         else:

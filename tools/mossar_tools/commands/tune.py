@@ -84,20 +84,15 @@ def run(options: Options, console: Console) -> int:
 
 def _segment(recording: LoadedRecording, settings: Settings, options: Options) -> "Result":
     from mossar_stream import segment_recording
-    from mossar_tools.compiling import reporting_compilation
-    from mossar_tools.signals import interruptibly
 
-    with reporting_compilation(settings):
-        return interruptibly(
-            lambda: segment_recording(
-                recording.positions,
-                recording.fps,
-                recording.skeleton,
-                settings,
-                times=recording.times,
-                curves=options.plot is not None,
-            )
-        )
+    return segment_recording(
+        recording.positions,
+        recording.fps,
+        recording.skeleton,
+        settings,
+        times=recording.times,
+        curves=options.plot is not None,
+    )
 
 
 def _strengths(recording: LoadedRecording, result: "Result") -> Iterator[str]:

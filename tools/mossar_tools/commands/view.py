@@ -62,17 +62,15 @@ def _play(options: Options, console: Console) -> int:
     if speed == "max":
         raise UsageError("--speed max leaves nothing to see; give a number")
     from mossar_adapters.extras import needed
-    from mossar_tools.compiling import reporting_compilation
     from mossar_tools.dashboard.page import Page
     from mossar_tools.dashboard.recorded import RecordedShow, read_parts
-    from mossar_tools.signals import interruptibly, stopping
+    from mossar_tools.signals import stopping
 
     needed("viser", "view", "the dashboard")
     settings = options.settings(range="file")
     parts = read_parts(options)
     console.status("segmenting ...", now=True)
-    with reporting_compilation(settings):
-        show = interruptibly(lambda: RecordedShow(parts, settings, speed))
+    show = RecordedShow(parts, settings, speed)
     console.clear()
     page = Page(show, options.port, dark=options.dark, host=options.host)
     ended: list[bool] = []

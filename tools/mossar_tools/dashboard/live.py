@@ -177,12 +177,8 @@ class LiveShow:
     def _explain(self, pipeline: "Pipeline", now: float) -> None:
         """Say what the sources know of why no frames come."""
         if self._explained:
-            self.say("; ".join(filter(None, (explanation(feed.source) for feed in pipeline.feeds))))
+            self._said = "; ".join(filter(None, (explanation(feed.source) for feed in pipeline.feeds)))
         self._explained = now + _EXPLAINS_EVERY
-
-    def say(self, text: str) -> None:
-        """Show why there is nothing to see yet; an empty text stands for frames that are waited for."""
-        self._said = text
 
     def _follow(self, pool: "Pool") -> None:
         """Adopt settings that were changed elsewhere, as by `control`, once no request of the page is pending."""

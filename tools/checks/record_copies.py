@@ -1,0 +1,72 @@
+"""Copies of records that nobody asked for: `found = curve.found` copies, `found = &curve.found` does not.
+
+    python -m checks.record_copies
+
+What is written into such a copy is lost, without a message. So no function of the core may have a record as a local variable
+or take one by value; the C that Cython writes shows each. What is meant to be copied is named in ALLOWED.
+Ends with status 1 if there is another one.
+"""
+
+import re
+import sys
+from collections.abc import Iterator
+
+from build_core.extensions import run_each, variants, work_folder
+
+# A struct that is a value everywhere, such as a span, a pair, the pointers into a row; or one variable: `function.variable`.
+ALLOWED = {
+    "Span",
+}
+FUNCTION = re.compile(r"^(?:static|extern|__PYX_EXTERN_C|CYTHON_\w+) .*?\b__pyx_\w+\(.*\{")
+HELD = re.compile(
+    r"(?:^  |[(,] ?)(?:CYTHON_UNUSED )?(?:struct )?(?P<type>\w+) __pyx_v_(?P<variable>\w+)\b(?!\[)"
+)
+NUMBER = re.compile(r"int|long|short|char|double|float|size_t|u?int\w*_t|Py_\w+|npy_\w+|Py_UCS4|PyObject")
+
+
+def copies(c: str, module: str) -> Iterator[tuple[str, str, str]]:
+    """Find locals and arguments that are structs, in the C of an extension; an array of structs is no copy of one.
+
+    Args:
+        c: What Cython wrote.
+        module: The full name of the extension, which stands before each name.
+
+    Yields:
+        The function, the variable, and the struct's name, as the sources have them.
+    """
+    prefix = "_".join(f"{len(part)}{part}" for part in module.split(".")) + "_"
+    structs = set(re.findall(r"^struct (\w+) \{", c, re.MULTILINE))
+    function = ""
+    for line in c.splitlines():
+        if FUNCTION.match(line):
+            name = re.findall(r"\b__pyx_\w+(?=\()", line)[0].rpartition(prefix)[2]
+            function = re.sub(r"^\d+", "", name)  # Cython counts the functions that Python sees
+        elif not line.startswith("  "):
+            continue
+        for held in HELD.finditer(line):
+            kind = held["type"]
+            is_known = kind in structs if kind.startswith("__pyx_t_") else not NUMBER.fullmatch(kind)
+            if is_known:
+                yield function, held["variable"], kind.removeprefix(f"__pyx_t_{prefix}")
+
+
+def main() -> int:
+    """Print each copy of a record, and return whether there was one."""
+    variant = variants()[0]
+    run_each([["--only-c", variant]])
+    c = (work_folder(variant) / f"{variant}.c").read_text(encoding="utf-8")
+    used = set()
+    wrong = 0
+    for function, variable, record in sorted(set(copies(c, f"mossar_stream.core.{variant}"))):
+        allowed = ALLOWED & {record, f"{function}.{variable}"}
+        used |= allowed
+        if not allowed:
+            wrong += 1
+            print(f"{function}: {variable} is a copy of a {record}: take its address, or name it in ALLOWED")
+    for name in sorted(ALLOWED - used):
+        print(f"ALLOWED names {name}, which nothing copies")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
