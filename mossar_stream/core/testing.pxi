@@ -1,0 +1,298 @@
+"""What tests, oracles and stopwatches call: kernels one by one, and the constants that only they need.
+
+Arrays are numpy's, C-contiguous and of the types that the kernels name. Nothing is checked.
+"""
+
+cdef enum:
+    VELOCITY_ALONE = 0  # how far `split_frames` goes
+    SPLITTING = 1
+
+
+cdef inline float* floats_at(cnp.ndarray array):
+    return <float*>cnp.PyArray_DATA(array)
+
+
+cdef inline double* doubles_at(cnp.ndarray array):
+    return <double*>cnp.PyArray_DATA(array)
+
+
+def simd_page_sum(cnp.ndarray page, int64_t line):
+    return page_sum(floats_at(page), line)
+
+
+def simd_page_product(cnp.ndarray page, int64_t one, int64_t other):
+    return page_product(floats_at(page), one, other)
+
+
+def simd_page_within(cnp.ndarray page, int64_t line, double limit):
+    return bool(page_within(floats_at(page), line, <float>limit))
+
+
+def simd_line_product(cnp.ndarray one, cnp.ndarray other):
+    return line_product(floats_at(one), floats_at(other), len(one))
+
+
+def simd_line_products(cnp.ndarray goal, cnp.ndarray lines, cnp.ndarray others, int64_t count):
+    line_products(
+        floats_at(goal), cnp.PyArray_DIM(goal, 1), floats_at(lines), floats_at(others),
+        len(others), cnp.PyArray_DIM(others, 1), count,
+    )
+
+
+def simd_weighted_sums(cnp.ndarray goal, cnp.ndarray weights, cnp.ndarray lines, int64_t count):
+    weighted_sums(
+        floats_at(goal), floats_at(weights), cnp.PyArray_DIM(weights, 1), floats_at(lines),
+        len(lines), cnp.PyArray_DIM(lines, 1), count,
+    )
+
+
+def simd_variance_product(
+    cnp.ndarray sums, cnp.ndarray squares, int64_t begin, int64_t end, double scale, double floor
+):
+    """Return mantissa and exponent."""
+    cdef int64_t exponent = 0
+    cdef double mantissa = variance_product(doubles_at(sums), doubles_at(squares), begin, end, scale, floor, &exponent)
+    return mantissa, exponent
+
+
+def simd_spread_product(
+    cnp.ndarray sums, cnp.ndarray squares, int64_t begin, int64_t end, int64_t lines, int64_t stride, double scale,
+    double floor
+):
+    return spread_product(doubles_at(sums), doubles_at(squares), begin, end, lines, stride, scale, floor)
+
+
+def simd_lowest_bit(int64_t mask):
+    return lowest_bit(mask)
+
+
+def simd_quantise(cnp.ndarray values, cnp.ndarray target, double scale):
+    quantise(floats_at(values), <int16_t*>cnp.PyArray_DATA(target), len(values), <float>scale)
+
+
+def label_candidates(cnp.ndarray labels, cnp.ndarray notes, cnp.ndarray periods, cnp.ndarray times, cnp.ndarray found):
+    """Note candidates at these times, s, near the pose of rest and slow, and set `found` to the label of each.
+
+    Args:
+        labels: (1,) Labels.
+        notes: (NOTED_CANDIDATES,) Note.
+        periods: (1,) Periods.
+        times: (n,) float64 s.
+        found: (n,) int64, set.
+    """
+    cdef RepetitionLabels own
+    cdef int64_t i
+    own.state = <Labels*>cnp.PyArray_DATA(labels)
+    own.notes.at, own.notes.count = <Note*>cnp.PyArray_DATA(notes), len(notes)
+    own.periods = <Periods*>cnp.PyArray_DATA(periods)
+    start_labels(own.state)
+    for i in range(len(times)):
+        note_candidate(&own, doubles_at(times)[i], doubles_at(times)[i], 0.0, 0.1)
+    for i in range(len(times)):
+        (<int64_t*>cnp.PyArray_DATA(found))[i] = label_candidate(&own)
+
+
+def remerge_segments(cnp.ndarray measure, cnp.ndarray segments, cnp.ndarray strengths, cnp.ndarray removed):
+    """Run Algorithm 3 on K + 1 segments, without costs from earlier runs and without labels.
+
+    Args:
+        measure: (1,) Measure.
+        segments: (K + 1, slot) float64, closed.
+        strengths: (K,) float64, set to the strength of each key frame.
+        removed: (K,) int64, set to the key frames in the order of their removal.
+    """
+    cdef int64_t count = len(removed), size = cnp.PyArray_DIM(segments, 1)
+    cdef cnp.ndarray nodes = np.empty_like(segments), both = np.empty(size), costs = np.empty(count)
+    cdef cnp.ndarray bounds = np.arange(count + 2), labels = np.zeros(count, np.int64)
+    cdef cnp.ndarray integers = np.empty((6, count + 1), np.int64)
+    cdef int64_t* links = <int64_t*>cnp.PyArray_DATA(integers)
+    cdef Remerging own
+    integers[0] = np.arange(count + 1)
+    own.params = <Measure*>cnp.PyArray_DATA(measure)
+    own.segments = doubles_in_rows(doubles_at(segments), count + 1, size)
+    own.memo.at, own.memo.count = NULL, 0
+    own.places = ints(links, count + 1)
+    own.bounds = ints(<int64_t*>cnp.PyArray_DATA(bounds), count + 2)
+    own.nodes = doubles_in_rows(doubles_at(nodes), count + 1, size)
+    own.both = doubles(doubles_at(both), size)
+    own.before, own.after, own.node = links + count + 1, links + 2 * (count + 1), links + 3 * (count + 1)
+    own.waiting, own.last_waiting = links + 4 * (count + 1), links + 5 * (count + 1)
+    own.costs = doubles(doubles_at(costs), count)
+    own.strengths = doubles(doubles_at(strengths), count)
+    own.removed = ints(<int64_t*>cnp.PyArray_DATA(removed), count)
+    own.labels = ints(<int64_t*>cnp.PyArray_DATA(labels), count)
+    remerge(&own, count, 1.0)
+
+
+def advance_row(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray positions, cnp.ndarray times):
+    """Process frames of a performer until something happens; return what, and how many were processed; see `advance`.
+
+    Args:
+        row: Bytes of the performer.
+        measure: (1,) Measure.
+        positions: (n, J, 3) float32 m.
+        times: (n,) float64 s.
+    """
+    cdef int64_t used = 0
+    cdef int64_t stop = advance(
+        <Row*>cnp.PyArray_DATA(row), <Measure*>cnp.PyArray_DATA(measure), floats_at(positions), doubles_at(times),
+        len(times), &used,
+    )
+    return stop, used
+
+
+def split_frames(cnp.ndarray row, cnp.ndarray positions, cnp.ndarray times, int64_t until):
+    """Run the beginning of `advance` alone: joints, velocity, range, envelope, Algorithms 1 and 2.
+
+    Args:
+        row: Bytes of the performer.
+        positions: (n, J, 3) float32 m.
+        times: (n,) float64 s, increasing.
+        until: VELOCITY_ALONE or SPLITTING.
+
+    Returns:
+        Key frames confirmed.
+    """
+    cdef Row* state = <Row*>cnp.PyArray_DATA(row)
+    cdef float* points = floats_at(positions)
+    cdef double* moments = doubles_at(times)
+    cdef int64_t i, count = len(times), found = 0
+    with nogil:
+        for i in range(count):
+            found += _split_frame(state, points + 3 * i * state.plan.joints, moments[i], until)
+    return found
+
+
+cdef int64_t _split_frame(Row* state, float* positions, double time, int64_t until) noexcept nogil:
+    """Process one frame, and return whether a key frame was confirmed."""
+    cdef Arrays a = _arrays_of(state, NULL)
+    cdef Plan* plan = &state.plan
+    cdef Clock* clock = &state.clock
+    cdef bint first = clock.open == 0
+    cdef double dt = 0.0, displacement = 0.0
+    cdef double velocity, value, scale
+    cdef int64_t happened = 0
+    cdef PositionSpan frame
+    frame.at, frame.count = <Position*>positions, plan.joints
+    if first:
+        clock.open = 1
+        start_joints(&a.joints, frame, time)
+    else:
+        dt = min(time - clock.time, plan.max_gap)
+        displacement = step_joints(&a.joints, frame, clock.time, time)
+    velocity = travel(&state.velocity, a.ring_time, a.ring_step, time, displacement, plan.window)
+    if until == SPLITTING:
+        value, scale = normalise(&state.range, plan, 0.0, velocity, dt)
+        if first:
+            start_curve(&state.curve, value, plan.theta * scale, scale, clock.next_frame, time)
+        else:
+            happened = follow_curve(&state.curve, value, plan.theta * scale, scale, clock.next_frame, time)
+            happened &= CROSSED | ACCEPTED
+        if happened:
+            forget_candidate(&state.curve)
+    clock.time = time
+    clock.next_frame += 1
+    return 1 if happened else 0
+
+
+def follow_speeds_alone(cnp.ndarray row, cnp.ndarray bouts, cnp.ndarray speeds, cnp.ndarray times):
+    """Let the activity follow speeds, and return how often it changed.
+
+    Args:
+        row: Bytes of the performer.
+        bouts: (bouts,) Bout.
+        speeds: (n,) float64 m/s, rms over the joints.
+        times: (n,) float64 s, increasing.
+    """
+    cdef Row* state = <Row*>cnp.PyArray_DATA(row)
+    cdef Plan* plan = &state.plan
+    cdef double* speed = doubles_at(speeds)
+    cdef double* time = doubles_at(times)
+    cdef int64_t i, count = len(times)
+    cdef (double, double) noises
+    cdef (double, bint) moment
+    cdef Activity own
+    own.state = &state.activity
+    own.bouts.at, own.bouts.count = <Bout*>cnp.PyArray_DATA(bouts), len(bouts)
+    with nogil:
+        activity_start_activity(own.state, time[0])
+        for i in range(count):
+            noises = noises_of_speed(&state.noise, plan.moving_joints, plan.is_filtered == 1)
+            moment = (time[i], ends_stillness(&state.noise))
+            activity_follow_activity(&own, body_of(state), speed[i], noises, moment, plan.rest_seconds)
+    return own.state.number
+
+
+# What tests compare with, and what the oracles in plain Python weigh with; `kernels` offers them by name.
+TESTED_CONSTANTS = {
+    "ANALYSIS_DUE": ANALYSIS_DUE,
+    "ANALYSIS_INTERVAL": ANALYSIS_INTERVAL,
+    "AT_REST": AT_REST,
+    "BEGINNING": BEGINNING,
+    "BINS": BINS,
+    "BIN_RATE": BIN_RATE,
+    "CERTAIN": CERTAIN,
+    "COINCIDENT": COINCIDENT,
+    "DEVIATIONS": DEVIATIONS,
+    "DOUBLING": DOUBLING,
+    "DOUBT": DOUBT,
+    "DURATION": DURATION,
+    "EARLIER": EARLIER,
+    "EARLIER_IN_NOISE": EARLIER_IN_NOISE,
+    "ENDS": ENDS,
+    "FOLLOW": FOLLOW,
+    "FRAMES": FRAMES,
+    "FRONTIER_SLOTS": FRONTIER_SLOTS,
+    "HAPPENED": HAPPENED,
+    "INTERVAL": INTERVAL,
+    "LEAST_EXTENT": LEAST_EXTENT,
+    "LEAST_USUAL_SPEED": LEAST_USUAL_SPEED,
+    "LONGEST_PERIOD": LONGEST_PERIOD,
+    "LONGEST_RATIO": LONGEST_RATIO,
+    "LONGEST_SILENCE": LONGEST_SILENCE,
+    "MEAN_TIME": MEAN_TIME,
+    "MEAN_X": MEAN_X,
+    "MEMORY": MEMORY,
+    "MOST_CHANGE": MOST_CHANGE,
+    "MOST_EDGES": MOST_EDGES,
+    "MOST_PROMINENT": MOST_PROMINENT,
+    "MOST_RAISED": MOST_RAISED,
+    "MOVING_FRAMES": MOVING_FRAMES,
+    "NEAREST_END": NEAREST_END,
+    "OFF_BOUND": OFF_BOUND,
+    "ORDINARY": ORDINARY,
+    "PATH": PATH,
+    "PEAK_ABOVE_NOISE": PEAK_ABOVE_NOISE,
+    "PER_QUANTUM": PER_QUANTUM,
+    "POSE_FLOOR": POSE_FLOOR,
+    "PRECISION": PRECISION,
+    "PRIOR_DWELT": PRIOR_DWELT,
+    "PRIOR_EXTENT": PRIOR_EXTENT,
+    "PRIOR_SPEED": PRIOR_SPEED,
+    "QUICK": QUICK,
+    "QUICKEST": QUICKEST,
+    "REPORTED_ABOVE_NOISE": REPORTED_ABOVE_NOISE,
+    "REST_POSE_HALF_LIFE": REST_POSE_HALF_LIFE,
+    "REST_X": REST_X,
+    "RISEN": RISEN,
+    "SCALES_HALF_LIFE": SCALES_HALF_LIFE,
+    "SHORT_INTERVAL": SHORT_INTERVAL,
+    "SLOW": SLOW,
+    "SLOWEST": SLOWEST,
+    "SMOOTHING": SMOOTHING,
+    "SPEED_FLOOR": SPEED_FLOOR,
+    "SPEED_FLOOR_OF_ODDS": SPEED_FLOOR_OF_ODDS,
+    "SPEED_OFFSET": SPEED_OFFSET,
+    "SPEED_SETTLING": SPEED_SETTLING,
+    "SPLITTING": SPLITTING,
+    "STEP": STEP,
+    "STEP_BEFORE": STEP_BEFORE,
+    "STILL": STILL,
+    "TERM": TERM,
+    "TURNED_BACK": TURNED_BACK,
+    "UNLABELLED": UNLABELLED,
+    "VELOCITY_ALONE": VELOCITY_ALONE,
+    "WITHIN": WITHIN,
+    "WORK": WORK,
+    "X": X,
+}
