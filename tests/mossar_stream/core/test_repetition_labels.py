@@ -4,32 +4,16 @@ import numpy as np
 import pytest
 
 from checks.reference import motion as reference_motion
-from mossar_stream.algorithm.repetition_labels import (
+from mossar_stream.core.kernels import (
     ENDS,
-    LABELS,
-    NOTE,
     NOTED_CANDIDATES,
+    RECORDS,
     UNLABELLED,
     WITHIN,
-    RepetitionLabels,
-    label_candidate,
-    note_candidate,
-    start_labels,
+    label_candidates,
 )
-from mossar_stream.jit.decorators import entry_point
-from mossar_stream.repetitions.state import PERIODS
 
 ORIGIN = 5.0  # s
-
-
-@entry_point
-def judge_all(states, notes, headers, times, found):
-    labels = RepetitionLabels(states[0], notes, headers)
-    start_labels(states[0])
-    for time in times:
-        note_candidate(labels, time, time, 0.0, 0.1)
-    for i in range(len(times)):
-        found[i] = label_candidate(labels)
 
 
 def records(kind, count=1):
@@ -38,7 +22,7 @@ def records(kind, count=1):
 
 def bouts(*periods):
     """Return a header of bouts of repetitions with these periods, s, 20 s of rest between, and the same as a table."""
-    headers, at, rows = records(PERIODS), 0.0, []
+    headers, at, rows = records(RECORDS["Periods"]), 0.0, []
     for bout in periods:
         for count, period in enumerate(bout, 1):
             rows.append((at, at + period, period, count))
@@ -55,8 +39,9 @@ def bouts(*periods):
 
 def labelled(headers, times):
     """Return the labels of candidates at rest in the rest pose."""
-    state, found = records(LABELS), np.zeros(len(times), np.int64)
-    judge_all(state, records(NOTE, NOTED_CANDIDATES), headers, np.asarray(times, np.float64), found)
+    state, notes = records(RECORDS["Row"]["labels"]), records(RECORDS["Note"], NOTED_CANDIDATES)
+    found = np.zeros(len(times), np.int64)
+    label_candidates(state, notes, headers, np.asarray(times, np.float64), found)
     return found.tolist()
 
 

@@ -7,7 +7,7 @@ import pytest
 from mossar_adapters.demo import performance
 from mossar_stream import KeyFrameEvent, Segmenter, Settings, Skeleton
 from mossar_stream.core import engine
-from mossar_stream.engine.run import run
+from mossar_stream.core.kernels import run
 from mossar_stream.moves.groups import groups_of
 
 MARKERS = Skeleton(tuple(f"m{j}" for j in range(8)), (), -1)

@@ -1,7 +1,7 @@
 """The paper's algorithms on whole arrays, line by line: the oracle that every faster path is tested against.
 
 Nothing here is quick or incremental; it is meant to be read with the paper. The algorithms themselves are printed in
-`splitter.py` (1 and 2) and `remerging.py` (3).
+`splitter.pxi` (1 and 2) and `remerging.pxi` (3).
 """
 
 from collections.abc import Callable
@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.clock import TIME_ROUNDING
+from mossar_stream.core.kernels import TIME_ROUNDING
 from mossar_stream.events import KeyFrameKind
 
 

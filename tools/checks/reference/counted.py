@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.window_step import RANK
 from mossar_stream.core import engine
 from mossar_stream.core.buffers import Buffers
+from mossar_stream.core.kernels import RANK
 from mossar_stream.core.plan import Plan
 from mossar_stream.core.pool import new_row
 from mossar_stream.core.station import desk_of
@@ -35,7 +35,7 @@ def counted_by(positions: Array, fps: float, skeleton: Skeleton) -> tuple[Array,
 
 
 def _table(headers: NDArray[np.void]) -> Array:
-    """Return (n, 4) begin, end and period, s, and number in its bout, of the repetitions in a (1,) `HEADER`."""
+    """Return (n, 4) begin, end and period, s, and number in its bout, of the repetitions in a (1,) `Periods`."""
     header = headers[0]
     if not header["clear"]:
         return np.zeros((0, 4))

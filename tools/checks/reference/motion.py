@@ -1,7 +1,7 @@
 """The rule of level `motion` on whole arrays, in plain Python: the oracle for what streams decide by evidence.
 
-Nothing here is quick or incremental. What is weighed is explained in `evidence.py`, `scales.py`, `repetition_labels.py`
-and `noise.py`; constants are theirs, the rest is written anew. What was counted of repetitions is given. All joints
+Nothing here is quick or incremental. What is weighed is explained in `evidence.pxi`, `scales.pxi`, `repetition_labels.pxi`
+and `noise.pxi`; constants are theirs, the rest is written anew. What was counted of repetitions is given. All joints
 must be there in all frames.
 """
 
@@ -17,12 +17,8 @@ from numpy.typing import NDArray
 
 from checks.reference.algorithms import localise
 from checks.reference.motion_velocity import SIG_THRESHOLD, velocity
-from mossar_stream.algorithm import candidate_features, mean_pose, pose_history, repetition_labels, scales
-from mossar_stream.algorithm.pose_history import MARGIN
 from mossar_stream.core import kernels
-from mossar_stream.repetitions.alike import LONGEST_RATIO
-from mossar_stream.repetitions.state import ANALYSIS_INTERVAL
-from mossar_stream.repetitions.timing import LONGEST_SILENCE
+from mossar_stream.core.kernels import ANALYSIS_INTERVAL, LONGEST_RATIO, LONGEST_SILENCE, MARGIN
 from mossar_stream.similarity.evidence import WEIGHTS, Weights
 from mossar_stream.skeleton import Skeleton
 
@@ -84,11 +80,11 @@ class Motion:
         before = 0
         for frame, found, confirmed, time in algorithm_2(self.curve, SIG_THRESHOLD * self.range, self.times):
             marks = np.arange(found)[::-1]
-            earlier = candidate_features.EARLIER_IN_NOISE if self.loud[found] else candidate_features.EARLIER
+            earlier = kernels.EARLIER_IN_NOISE if self.loud[found] else kernels.EARLIER
             reported = int(marks[np.argmin(np.abs(self.times[marks] - (time - earlier)))])
             before = reported if before < reported else frame
             extent, usual = self.extent[confirmed], self.usual[confirmed]
-            tempo = np.clip(extent / usual / scales.ORDINARY, scales.QUICKEST, scales.SLOWEST)
+            tempo = np.clip(extent / usual / kernels.ORDINARY, kernels.QUICKEST, kernels.SLOWEST)
             rest_distance = self.away[found - 1] / extent
             speed = self.speed[found - 1 : confirmed].min()
             noisy = self.noise[confirmed]
@@ -150,20 +146,20 @@ class Motion:
 
     def reported(self) -> list[int]:
         """Return the reported frames of the key frames that are reported when Algorithm 2 accepts them."""
-        reported, first, before, speed = [], 0, self.times[0] + candidate_features.SPEED_SETTLING, 0.0
+        reported, first, before, speed = [], 0, self.times[0] + kernels.SPEED_SETTLING, 0.0
         for c in self.candidates:
             since = np.arange(first, c.confirmed + 1)
             peak = self.speed[since[self.times[since] > before + MARGIN]].max(initial=0.0)
             rose = peak >= max(
-                candidate_features.REPORTED_ABOVE_NOISE * c.noise, candidate_features.RISEN * c.speed
+                kernels.REPORTED_ABOVE_NOISE * c.noise, kernels.RISEN * c.speed
             )
             interval = (
-                candidate_features.SHORT_INTERVAL
-                if c.speed <= candidate_features.RISEN * speed
-                else candidate_features.INTERVAL
+                kernels.SHORT_INTERVAL
+                if c.speed <= kernels.RISEN * speed
+                else kernels.INTERVAL
             )
             apart = self.times[c.frame] - before >= interval - MARGIN
-            if apart and rose and c.speed <= candidate_features.QUICK * c.usual:
+            if apart and rose and c.speed <= kernels.QUICK * c.usual:
                 reported.append(c.reported)
                 first, before, speed = c.confirmed + 1, self.times[c.frame], c.speed
         return self.taken[np.array(reported, dtype=np.int64)].tolist()  # type: ignore[no-any-return]
@@ -191,12 +187,12 @@ class Motion:
         """Return the log odds of a candidate between two frames, as the label of it leaves them before `end`."""
         label, known = self.labels[number]
         if known >= end:
-            label = int(repetition_labels.UNLABELLED)
-        if label == repetition_labels.WITHIN:
+            label = kernels.UNLABELLED
+        if label == kernels.WITHIN:
             return -math.inf
         found = self.evidence(number, begin, after)
         odds = -math.inf if found is None else sum(map(mul, weights, found)) - weights.bias
-        return max(odds, CERTAIN) if label == repetition_labels.ENDS else odds
+        return max(odds, CERTAIN) if label == kernels.ENDS else odds
 
     @cached_property
     def labels(self) -> list[tuple[int, int]]:
@@ -216,8 +212,8 @@ class Motion:
         """Return the label of a candidate, and when the last repetition ended."""
         time = self._reported(number)
         period = _period_at(counted, time)
-        if not 0.0 < period <= repetition_labels.LONGEST_PERIOD + MARGIN:
-            return int(repetition_labels.UNLABELLED), last
+        if not 0.0 < period <= kernels.LONGEST_PERIOD + MARGIN:
+            return kernels.UNLABELLED, last
 
         def cost(other: int) -> float:
             c = self.candidates[other]
@@ -226,14 +222,14 @@ class Motion:
                 c.speed / c.usual + kernels.SPEED_FLOOR_OF_ODDS
             )
             return float(
-                unlike + repetition_labels.OFF_BOUND * _off_bound(counted, self._reported(other)) / period
+                unlike + kernels.OFF_BOUND * _off_bound(counted, self._reported(other)) / period
             )
 
         near = [i for i in range(noted) if abs(self._reported(i) - time) <= 0.5 * period + MARGIN]
-        too_soon = time - last < repetition_labels.NEAREST_END * period - MARGIN
+        too_soon = time - last < kernels.NEAREST_END * period - MARGIN
         if min(near, key=cost) != number or too_soon:
-            return int(repetition_labels.WITHIN), last
-        return int(repetition_labels.ENDS), time
+            return kernels.WITHIN, last
+        return kernels.ENDS, time
 
 
 def _period_at(counted: Array, time: float) -> float:
@@ -322,8 +318,8 @@ def filtered(poses: Array, dt: Array) -> Array:
     result = poses.copy()
     for t in range(1, len(poses)):
         late, kept = (
-            candidate_features.SMOOTHING * (poses[t] - poses[t - 1]) / dt[t],
-            np.exp(-dt[t] / candidate_features.SMOOTHING),
+            kernels.SMOOTHING * (poses[t] - poses[t - 1]) / dt[t],
+            np.exp(-dt[t] / kernels.SMOOTHING),
         )
         # A line is followed at a distance, `late`; what differed from it fades.
         result[t] = poses[t] - late + kept * (result[t - 1] - (poses[t - 1] - late))
@@ -334,17 +330,17 @@ def taken_frames(times: Array) -> NDArray[np.int64]:
     """Return which frames are processed, about 30 Hz; the others are skipped."""
     taken = [0]
     for t in range(1, len(times)):
-        if times[t] - times[taken[-1]] >= pose_history.SPACING - MARGIN:
+        if times[t] - times[taken[-1]] >= kernels.SPACING - MARGIN:
             taken.append(t)
     return np.array(taken)
 
 
 def joint_speeds(poses: Array, times: Array) -> Array:
     """Return (n, J) m/s, over about a tenth of a second, from poses as they are kept."""
-    speeds, quanta = np.zeros(poses.shape[:2]), float(pose_history.PER_QUANTUM)
+    speeds, quanta = np.zeros(poses.shape[:2]), float(kernels.PER_QUANTUM)
     kept = np.rint(poses * quanta) / quanta
     for t in range(1, len(poses)):
-        old = np.flatnonzero(times[:t] <= times[t] - pose_history.SPEED_WINDOW + MARGIN)
+        old = np.flatnonzero(times[:t] <= times[t] - kernels.SPEED_WINDOW + MARGIN)
         past = old[-1] if len(old) else 0
         speeds[t] = np.linalg.norm(poses[t] - kept[past], axis=1) / (times[t] - times[past])
     return speeds
@@ -353,11 +349,11 @@ def joint_speeds(poses: Array, times: Array) -> Array:
 def usual_speeds(speed: Array, dt: Array) -> Array:
     """Return V at each frame, m/s."""
     usual = np.empty(len(speed))
-    squares, weight = scales.PRIOR_SPEED**2, 1.0
+    squares, weight = kernels.PRIOR_SPEED**2, 1.0
     for t in range(len(speed)):
-        left = np.exp2(-dt[t] / scales.SCALES_HALF_LIFE)
+        left = np.exp2(-dt[t] / kernels.SCALES_HALF_LIFE)
         squares, weight = squares * left + speed[t] ** 2 * dt[t], weight * left + dt[t]
-        usual[t] = max(np.sqrt(squares / weight), scales.LEAST_USUAL_SPEED)
+        usual[t] = max(np.sqrt(squares / weight), kernels.LEAST_USUAL_SPEED)
     return usual
 
 
@@ -366,25 +362,25 @@ def surroundings(motion: Motion) -> tuple[Array, Array]:
     poses, joints = motion.poses, motion.moving_joints
     extent, away = np.empty(len(poses)), np.zeros(len(poses))
     mean, rest_pose = poses[0].copy(), poses[0].copy()
-    spread, weight, dwelt = scales.PRIOR_EXTENT**2, 1.0, scales.PRIOR_DWELT
+    spread, weight, dwelt = kernels.PRIOR_EXTENT**2, 1.0, kernels.PRIOR_DWELT
     for t, pose in enumerate(poses):
         dt = motion.dt[t]
         if dt > 0.0:
-            dwelling = dt / (1.0 + (motion.speed[t] / (scales.SLOW * motion.usual[t])) ** 2)
-            dwelt = dwelt * np.exp2(-dt / scales.REST_POSE_HALF_LIFE) + dwelling
-            left = np.exp2(-dt / scales.SCALES_HALF_LIFE)
+            dwelling = dt / (1.0 + (motion.speed[t] / (kernels.SLOW * motion.usual[t])) ** 2)
+            dwelt = dwelt * np.exp2(-dt / kernels.REST_POSE_HALF_LIFE) + dwelling
+            left = np.exp2(-dt / kernels.SCALES_HALF_LIFE)
             spread = spread * left + ((pose - mean) ** 2).sum() / joints * dt
             weight = weight * left + dt
-            mean += min(dt / mean_pose.MEAN_TIME, 1.0) * (pose - mean)
+            mean += min(dt / kernels.MEAN_TIME, 1.0) * (pose - mean)
             rest_pose += dwelling / dwelt * (pose - rest_pose)
-        extent[t] = max(np.sqrt(spread / weight), scales.LEAST_EXTENT)
+        extent[t] = max(np.sqrt(spread / weight), kernels.LEAST_EXTENT)
         away[t] = np.sqrt(((pose - rest_pose) ** 2).sum() / joints)
     return extent, away
 
 
 def _sums(motion: Motion) -> list[Array]:
     """Return sums over the frames before each one: durations, poses, squares, log speeds, squares."""
-    usual = np.concatenate([[scales.SPEED_OFFSET], scales.SPEED_OFFSET * motion.usual[:-1]])
+    usual = np.concatenate([[kernels.SPEED_OFFSET], kernels.SPEED_OFFSET * motion.usual[:-1]])
     log_speeds = np.log(motion.speeds + usual[:, None])
     values = [np.ones(len(motion.dt)), motion.poses, motion.poses**2, log_speeds, log_speeds**2]
     weighted = [value * motion.dt.reshape(-1, *[1] * (value.ndim - 1)) for value in values]

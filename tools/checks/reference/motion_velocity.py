@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm import candidate_features, noise, pose_history
-from mossar_stream.algorithm.clock import TIME_ROUNDING
+from mossar_stream.core import kernels
+from mossar_stream.core.kernels import TIME_ROUNDING
 
 WINDOW, SIG_THRESHOLD, RANGE_FLOOR, MARGIN = 0.1, 0.05, 0.01, 1.5  # s; share; m; setting noise_margin
 Array = NDArray[np.float64]
@@ -46,9 +46,9 @@ def velocity(poses: Array, times: Array, joints: int, speed: Array) -> Heard:
         floor = RANGE_FLOOR
         if found.loud[t]:
             found.velocity[t] = speed[t] * WINDOW
-            above = 1.0 + noise.DEVIATIONS / np.sqrt(6.0 * joints)
+            above = 1.0 + kernels.DEVIATIONS / np.sqrt(6.0 * joints)
             least = above * ear.of_speed * WINDOW / SIG_THRESHOLD
-            floor = max(floor, min(least, noise.MOST_RAISED * max(largest, RANGE_FLOOR)))
+            floor = max(floor, min(least, kernels.MOST_RAISED * max(largest, RANGE_FLOOR)))
         largest = max(largest, found.velocity[t])
         found.range[t] = max(largest, floor)
     return found
@@ -71,16 +71,16 @@ class _Ear:
         scale = np.sqrt(squares * self.squares)
         turned = float((moved * self.last).sum()) / scale if scale > 0.0 else 0.0
         self.last, self.squares = moved, squares
-        keep = noise.MEMORY / (noise.MEMORY + dt)
+        keep = kernels.MEMORY / (kernels.MEMORY + dt)
         self.span, self.path = keep * (self.span + dt), keep * (self.path + path)
         self.turn = keep * (self.turn + turned * dt)
         self.heard += dt
-        if self.span > noise.BEGINNING + TIME_ROUNDING:
-            self.quietest = min(self.quietest * 2.0 ** (dt / noise.DOUBLING), self.path / self.span)
-        turning = self.turn < noise.TURNED_BACK * self.span
+        if self.span > kernels.BEGINNING + TIME_ROUNDING:
+            self.quietest = min(self.quietest * 2.0 ** (dt / kernels.DOUBLING), self.path / self.span)
+        turning = self.turn < kernels.TURNED_BACK * self.span
         self.known = self.known or turning
-        if turning or (not self.known and self.heard < noise.BEGINNING - TIME_ROUNDING):
-            self.estimate = self.path / self.span * (1.0 + noise.DOUBT * dt / self.span)
+        if turning or (not self.known and self.heard < kernels.BEGINNING - TIME_ROUNDING):
+            self.estimate = self.path / self.span * (1.0 + kernels.DOUBT * dt / self.span)
         elif not self.known:
             self.estimate = 0.0
 
@@ -92,5 +92,5 @@ class _Ear:
     @property
     def of_speed(self) -> float:
         """What the noise adds to the speed of the filtered poses, m/s."""
-        share = self.step / (self.step + candidate_features.SMOOTHING)
-        return float(self.level * self.step * np.sqrt(share / (2.0 - share)) / pose_history.SPEED_WINDOW)
+        share = self.step / (self.step + kernels.SMOOTHING)
+        return float(self.level * self.step * np.sqrt(share / (2.0 - share)) / kernels.SPEED_WINDOW)

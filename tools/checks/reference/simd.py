@@ -1,24 +1,17 @@
-"""What `mossar_stream.jit.simd` computes, in plain Python, number by number and in the same order.
+"""What `simd.h` computes, in plain Python, number by number and in the same order: tests compare the two bit by bit."""
 
-Tests compare the two bit by bit.
-"""
+from typing import Final
 
 import numpy as np
-from numba.extending import register_jitable
 
-from mossar_stream.jit.simd import (
-    BITS_OF_ONE,
-    EXPONENT_BIAS,
-    FACTORS,
-    FRACTION,
-    FRACTION_BITS,
-    MATRIX_ROWS,
-    VECTORS,
-    WIDTH,
-)
+WIDTH: Final = 32  # numbers of a line that are added up at once
+FACTORS: Final = 8  # numbers that are multiplied at once
+MATRIX_ROWS: Final = 4  # of a matrix that are worked on at once
+VECTORS: Final = 3  # times `FACTORS` numbers of another one
+FRACTION_BITS, EXPONENT_BIAS = 52, 1023  # of a float64
+FRACTION, BITS_OF_ONE = (1 << FRACTION_BITS) - 1, EXPONENT_BIAS << FRACTION_BITS
 
 
-@register_jitable
 def page_sum(page, line):
     """Sum a line of a page in double precision, in halves; see `_sum`."""
     numbers = np.empty(WIDTH)
@@ -27,7 +20,6 @@ def page_sum(page, line):
     return _sum(numbers)
 
 
-@register_jitable
 def page_product(page, one, other):
     """Sum the products of two lines of a page; each is rounded to float32, their sum to float64."""
     numbers = np.empty(WIDTH)
@@ -36,9 +28,8 @@ def page_product(page, one, other):
     return _sum(numbers)
 
 
-@register_jitable
 def line_product(one, other):
-    """Sum the products of two lines, in `FACTORS` sums side by side; see `jit.simd.line_product`."""
+    """Sum the products of two lines, in `FACTORS` sums side by side; see `line_product` of simd.pxi."""
     sums = np.zeros(FACTORS, np.float32)
     for place in range(0, one.size, FACTORS):
         for d in range(FACTORS):
@@ -46,18 +37,16 @@ def line_product(one, other):
     return _sum(sums)
 
 
-@register_jitable
 def line_products(goal, lines, others, count):
-    """Set sums of products of lines, in `FACTORS` sums side by side; see `jit.simd.line_products`."""
+    """Set sums of products of lines, in `FACTORS` sums side by side; see `line_products` of simd.pxi."""
     until = -(-count // FACTORS) * FACTORS
     for k in range(MATRIX_ROWS):
         for j in range(len(others)):
             goal[k, j] = line_product(lines[k, :until], others[j, :until])
 
 
-@register_jitable
 def weighted_sums(goal, weights, lines, count):
-    """Set weighted sums of lines, in their order; see `jit.simd.weighted_sums`."""
+    """Set weighted sums of lines, in their order; see `weighted_sums` of simd.pxi."""
     step = VECTORS * FACTORS
     for k in range(MATRIX_ROWS):
         for i in range(-(-count // step) * step):
@@ -67,19 +56,14 @@ def weighted_sums(goal, weights, lines, count):
             goal[k, i] = total
 
 
-@register_jitable
 def page_within(page, line, limit):
     """Tell whether a line of a page has no number above `limit`, and none that is NaN."""
     most = np.float32(limit)
-    for j in range(WIDTH):  # noqa: SIM110 - `all` does not compile
-        if not page[line + j] <= most:
-            return False
-    return True
+    return all(page[line + j] <= most for j in range(WIDTH))
 
 
-@register_jitable
 def variance_product(sums, squares, begin, end, scale, floor):
-    """Multiply variances, in `FACTORS` products side by side; see `jit.simd.variance_product`."""
+    """Multiply variances, in `FACTORS` products side by side; see `variance_product` of simd.pxi."""
     product = np.ones(FACTORS)
     for place in range(begin, end, FACTORS):
         for d in range(FACTORS):
@@ -99,9 +83,8 @@ def variance_product(sums, squares, begin, end, scale, floor):
     return product[0], exponent
 
 
-@register_jitable
 def spread_product(sums, squares, begin, end, lines, stride, scale, floor):
-    """Multiply how far joints are spread, in `FACTORS` products side by side; see `jit.simd.spread_product`."""
+    """Multiply how far joints are spread, in `FACTORS` products side by side; see `spread_product` of simd.pxi."""
     product = np.ones(FACTORS)
     for joint in range(begin, end, FACTORS):
         for d in range(FACTORS):
@@ -117,7 +100,6 @@ def spread_product(sums, squares, begin, end, lines, stride, scale, floor):
     return found
 
 
-@register_jitable
 def lowest_bit(mask):
     """Return the position of the lowest set bit of an int64 other than 0."""
     position = 0
@@ -127,7 +109,6 @@ def lowest_bit(mask):
     return position
 
 
-@register_jitable
 def _sum(numbers):
     """Add the second half to the first until one number is left; `numbers` is overwritten."""
     size = len(numbers)
