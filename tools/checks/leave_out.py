@@ -3,7 +3,7 @@ r"""What level `motion` reaches on data that its weights never saw.
     python -m checks.leave_out SET1 SET2 SET3 ...
     python -m checks.leave_out SET --people 's\d+'
 
-Each SET is a labelled folder as for `mossar evaluate`. The numbers of `similarity/evidence.py` (`WEIGHTS`) are chosen anew on all sets but
+Each SET is a labelled folder as for `mossar evaluate`. The numbers of `similarity/evidence.pxi` (`WEIGHTS_…`) are chosen anew on all sets but
 one, and that one is scored; so for each set. The last row is what all sets reach with numbers chosen on all of them. With
 --people each set is divided by performer, as the first match of the pattern in a take's name has it. The search knows nothing of the numbers in force: it draws weights from
 wide ranges (`LARGEST`), and goes on around those that are best. All else of the rule stays as it is. The rule is the plain one of

@@ -10,9 +10,10 @@ import pytest
 
 from checks.reference import path_kernel as path_reference
 from checks.speed.__main__ import OWN
-from checks.speed.paths import pair_of, segments_of, sum_again
+from checks.speed.paths import pair_of, segments_of
 from checks.speed.splitting import SETTINGS, run_splitting
 from mossar_adapters.files.loaded import LoadedRecording
+from mossar_stream.core.kernels import sum_of_paths
 from mossar_stream.recording import segment_recording
 from mossar_tools.bench.motion import performer
 
@@ -35,7 +36,7 @@ def test_the_pairs_that_are_summed_are_those_of_the_path_kernel():
     left, right = segments_of(whole)[0]
     graphs = [path_reference.segment_graph(*part, 10, 1) for part in (left, right)]
     expected = path_reference.kernel(*graphs, "normalised")
-    assert sum_again(*pair_of(*graphs), 1) == pytest.approx(expected, rel=1e-12)
+    assert sum_of_paths(*pair_of(*graphs), 1) == pytest.approx(expected, rel=1e-12)
 
 
 def test_the_program_measures_everything():

@@ -1,7 +1,7 @@
 """Activity: what following it costs a frame, and what it takes in memory.
 
-The kernel here is `mossar_stream.algorithm.frame_step._follow_activity`, from the same parts, on speeds that were
-computed before: the loop around it counts, too. What it reports is measured by whole streams, in turn with the usual
+`follow_speeds_alone` of the core is that part of its frame step, on speeds that were computed before: the loop around it
+counts, too. What it reports is measured by whole streams, in turn with the usual
 `rest_seconds` and with one so long that the performer begins to move once and never rests.
 """
 
@@ -12,19 +12,7 @@ from numpy.typing import NDArray
 
 from checks.speed.stages import less
 from mossar_stream import ActivityEvent, Segmenter, Settings
-from mossar_stream.algorithm.activity import (
-    ACTIVITY_STATE,
-    BOUT,
-    BOUTS,
-    Activity,
-    follow_activity,
-    noises_of_speed,
-    start_activity,
-)
-from mossar_stream.algorithm.noise import ends_stillness
-from mossar_stream.algorithm.pose_history import SPEED_WINDOW
-from mossar_stream.core.row import ROW, ROW_BYTES
-from mossar_stream.jit.decorators import entry_point
+from mossar_stream.core.kernels import BOUTS, RECORDS, SPEED_WINDOW, follow_speeds_alone
 from mossar_tools.bench.measurement import Measurement, Target, Timing, duration, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work
@@ -33,35 +21,8 @@ PER_FRAME = 100.0  # ns
 BYTES = 200  # of a channel
 SIZE = 1000  # frames of a chunk
 LONGEST = 60.0  # s of rest_seconds
+STATE, BOUT = RECORDS["Row"]["activity"], RECORDS["Bout"]
 TURNS = 8  # runs of each kind for one timing of what is reported
-
-
-@entry_point(makes_arrays=False)
-def follow_speeds_only(
-    memory: NDArray[np.uint8],
-    bouts: NDArray[np.void],
-    speeds: NDArray[np.float64],
-    times: NDArray[np.float64],
-) -> int:
-    """Let the activity follow speeds, and return how often it changed.
-
-    Args:
-        memory: (1, row) bytes.
-        bouts: (bouts,) BOUT.
-        speeds: (n,) m/s, rms over the joints.
-        times: (n,) s, increasing.
-    """
-    row = memory[0]
-    state = row[:ROW_BYTES].view(ROW)[0]
-    plan, at = state.plan, state.at
-    body = row[at.body : at.seen].view(np.float32)
-    activity = Activity(state.activity, bouts)
-    start_activity(state.activity, times[0])
-    for i in range(len(times)):
-        noises = noises_of_speed(state.noise, plan.moving_joints, plan.is_filtered == 1)
-        moment = times[i], ends_stillness(state.noise)
-        follow_activity(activity, body, speeds[i], noises, moment, plan.rest_seconds)
-    return int(state.activity.number)
 
 
 def speeds_of(motion: Motion, chunks: list[Chunk]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -77,17 +38,17 @@ def speeds_of(motion: Motion, chunks: list[Chunk]) -> tuple[NDArray[np.float64],
 def measure(work: Work) -> Iterator[Measurement]:
     """Yield the bytes of a channel, and the ns that a frame costs."""
     part, motion = "activity", work.single
-    taken = ACTIVITY_STATE.itemsize + BOUTS * BOUT.itemsize
-    note = f"state {ACTIVITY_STATE.itemsize}, {BOUTS} bouts of {BOUT.itemsize}"
+    taken = STATE.itemsize + BOUTS * BOUT.itemsize
+    note = f"state {STATE.itemsize}, {BOUTS} bouts of {BOUT.itemsize}"
     yield Measurement(part, "bytes of a channel", "", (float(taken),), target=Target(BYTES), note=note)
     chunks = motion.chunks(work.some(120_000, 4000), SIZE)
     speeds, times = speeds_of(motion, chunks)
     segmenter = Segmenter(motion.skeleton, Settings(), fps=motion.fps)
     for chunk in chunks[:10]:  # after which the noise is known
         segmenter.push(*chunk)
-    memory, bouts = segmenter.row.memory[None], np.zeros(BOUTS, BOUT)
-    changes = follow_speeds_only(memory, bouts, speeds, times)
-    stepping = [timed(_step_often, memory, bouts, speeds, times) for _ in range(work.repeats)]
+    row, bouts = segmenter.row.memory, np.zeros(BOUTS, BOUT)
+    changes = follow_speeds_alone(row, bouts, speeds, times)
+    stepping = [timed(_step_often, row, bouts, speeds, times) for _ in range(work.repeats)]
     note = f"{changes} changes in {len(times)} frames of {motion.name}"
     yield duration(
         part, "the step of a frame", "ns/frame", stepping, PER_FRAME, note, each=TURNS * len(times)
@@ -96,13 +57,13 @@ def measure(work: Work) -> Iterator[Measurement]:
 
 
 def _step_often(
-    memory: NDArray[np.uint8],
+    row: NDArray[np.uint8],
     bouts: NDArray[np.void],
     speeds: NDArray[np.float64],
     times: NDArray[np.float64],
 ) -> None:
     for _ in range(TURNS):
-        follow_speeds_only(memory, bouts, speeds, times)
+        follow_speeds_alone(row, bouts, speeds, times)
 
 
 def _reporting(work: Work, motion: Motion, chunks: list[Chunk]) -> Measurement:

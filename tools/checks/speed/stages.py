@@ -8,14 +8,21 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from checks.speed.splitting import SIZE, SPLITTING, VELOCITY, runs_of_splitting
+from checks.speed.splitting import SIZE, runs_of_splitting
 from mossar_stream import Settings
-from mossar_stream.algorithm.frame_step import ANALYSIS_DUE, HAPPENED, STOPS, advance
-from mossar_stream.algorithm.window_step import FOLLOW, update_window
 from mossar_stream.core.buffers import Buffers
+from mossar_stream.core.kernels import (
+    ANALYSIS_DUE,
+    FOLLOW,
+    HAPPENED,
+    SPLITTING,
+    VELOCITY_ALONE,
+    advance_row,
+    analyse,
+    update_window,
+)
 from mossar_stream.core.plan import Plan
 from mossar_stream.core.pool import new_row
-from mossar_stream.repetitions.counting import analyse
 from mossar_tools.bench.measurement import Measurement, Timing, duration, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work
@@ -43,11 +50,11 @@ class _Drive:
         for positions, times in chunks:
             done = 0
             while done < len(times):
-                code = advance(row.memory, row.plan.params, positions[done:], times[done:])
-                done += code // STOPS
-                if code % STOPS == HAPPENED:
+                stop, used = advance_row(row.memory, row.plan.params, positions[done:], times[done:])
+                done += used
+                if stop == HAPPENED:
                     self._update()
-                elif code % STOPS == ANALYSIS_DUE:
+                elif stop == ANALYSIS_DUE:
                     began = _ticks()
                     analyse(row.counting, row.buffers.store, positions[done], times[done])
                     self.looking += _ticks() - began
@@ -55,7 +62,7 @@ class _Drive:
     def _update(self) -> None:
         began = _ticks()
         row, buffers = self._row, self._row.buffers
-        update_window(row.memory, row.plan.params, buffers.scratch, buffers.events, FOLLOW)
+        update_window(row.memory, row.plan.params, buffers.tools, FOLLOW)
         updated = _ticks()
         buffers.hand_out()
         self.events += len(row.take_pending())
@@ -68,7 +75,7 @@ def measure(work: Work) -> Iterator[Measurement]:
     """Yield the stages, ns per frame, and the remerge for each call."""
     motion = work.single
     part = "stages"
-    frames, travelling = runs_of_splitting(work, motion, VELOCITY)
+    frames, travelling = runs_of_splitting(work, motion, VELOCITY_ALONE)
     _, splitting = runs_of_splitting(work, motion, SPLITTING)
     yield duration(part, "joints and velocity", "ns/frame", travelling, each=frames, note=motion.name)
     envelope = less(splitting, travelling)
