@@ -8,6 +8,9 @@ def test_long_files_functions_and_large_packages_are_listed(tmp_path, capsys, mo
     for number in range(sizes.MOST_MODULES + 1):
         (tmp_path / f"m{number}.py").write_text("")
     (tmp_path / "m0.py").write_text(body + "y = 2\n" * sizes.LONGEST_FILE)
+    kernel = "cdef void longer(\n    int64_t count\n) noexcept nogil:\n" + "    pass\n" * sizes.LONGEST_FUNCTION
+    (tmp_path / "m1.py").rename(tmp_path / "m1.pxi")
+    (tmp_path / "m1.pxi").write_text(kernel + "\n\ncdef int64_t short_one():\n    return 1\n")
     monkeypatch.setattr("sys.argv", ["sizes", str(tmp_path)])
     assert sizes.main() == 0
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]
@@ -15,9 +18,10 @@ def test_long_files_functions_and_large_packages_are_listed(tmp_path, capsys, mo
     assert [(int(size), kind) for size, kind, *_ in rows] == [
         (sizes.MOST_MODULES + 1, "modules"),
         (lines, "lines"),
+        (sizes.LONGEST_FUNCTION + 3, "lines"),
         (sizes.LONGEST_FUNCTION + 1, "lines"),
     ]
-    assert rows[-1][-1] == "long"
+    assert [row[-1] for row in rows[-2:]] == ["longer", "long"]
 
 
 def test_a_tree_without_large_parts_has_no_row(tmp_path, capsys, monkeypatch):

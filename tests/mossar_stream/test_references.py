@@ -10,23 +10,26 @@ from pathlib import Path
 import pytest
 
 import mossar_stream
+from checks import pxi
 
 CORE = Path(mossar_stream.__file__).parent
 ROOT = CORE.parent
-FILES = sorted(CORE.rglob("*.py"))
+FILES = sorted(file for file in CORE.rglob("*") if file.suffix in {".py", ".pxi"})
 IN_REPOSITORY = {
     path.name
     for folder in ("mossar_stream", "adapters", "tools", "tests", "docs", "examples")
     for path in (ROOT / folder).rglob("*")
-    if path.suffix in {".py", ".md"}
+    if path.suffix in {".py", ".md", ".pxi", ".h"}
 } | {path.name for path in ROOT.glob("*.md")}
-NAMED_FILE = re.compile(r"\b(?:[\w-]+/)*([\w-]+\.(?:py|md))\b")
+NAMED_FILE = re.compile(r"\b(?:[\w-]+/)*([\w-]+\.(?:py|md|pxi|h))\b")
 IN_BACKTICKS = re.compile(r"`([A-Za-z_][\w.]*)`")
 
 
 def words_of(file):
-    """Return the comments and docstrings of a module."""
+    """Return the comments and docstrings of a module, or of a file of Cython."""
     source = file.read_text(encoding="utf-8")
+    if file.suffix == ".pxi":
+        return pxi.words(source)
     tokens = tokenize.generate_tokens(io.StringIO(source).readline)
     comments = [token.string for token in tokens if token.type == tokenize.COMMENT]
     kinds = ast.Module | ast.ClassDef | ast.FunctionDef
@@ -36,6 +39,8 @@ def words_of(file):
 
 def defined_in(file):
     """Return all names that a module binds: functions, classes, attributes, arguments, variables, imports, fields."""
+    if file.suffix == ".pxi":
+        return pxi.names(file.read_text(encoding="utf-8"))
     found = set()
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         found |= {
@@ -62,7 +67,7 @@ def dangling(file):
         for name in IN_BACKTICKS.findall(text):
             first, _, last = name.rpartition(".")
             module = first.rpartition(".")[2]
-            if module in MODULES and last not in {"py", "md"}:
+            if module in MODULES and last not in {"py", "md", "pxi", "h"}:
                 homes = [DEFINED[home] for home in MODULES[module]]
                 if not any(last in own for own in homes) and last not in MODULES:
                     yield name
@@ -78,7 +83,7 @@ def test_what_is_named_is_there(file):
 def test_a_dangling_reference_is_found(tmp_path):
     file = tmp_path / "made.py"
     file.write_text(
-        '"""See no_such_page.md, `splitter.no_such_name`, `_no_such_private`, and `splitter.CURVE`."""\nx = 1  # gone.py\n'
+        '"""See no_such_page.md, `splitter.no_such_name`, `_no_such_private`, and `splitter.Curve`."""\nx = 1  # gone.py\n'
     )
     assert sorted(dangling(file)) == [
         "_no_such_private",

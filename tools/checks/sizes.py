@@ -9,10 +9,13 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from checks import pxi
+
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("mossar_stream", "adapters/mossar_adapters", "tools/mossar_tools", "tools/checks")
 MOST_MODULES = 16  # of a package, subpackages included
 LONGEST_FILE, LONGEST_FUNCTION = 400, 60  # lines
+SOURCES = (".py", ".pxi", ".h")
 
 
 def main() -> int:
@@ -32,15 +35,15 @@ def main() -> int:
 
 def large_packages(folder: Path) -> Iterator[tuple[int, str]]:
     """Yield packages with more modules than usual: their number, and the package."""
-    for package in sorted({file.parent for file in folder.rglob("*.py")}):
-        inside = [p for p in package.iterdir() if p.suffix == ".py" or (p / "__init__.py").exists()]
+    for package in sorted({file.parent for file in _files(folder)}):
+        inside = [p for p in package.iterdir() if p.suffix in SOURCES or (p / "__init__.py").exists()]
         if len(inside) > MOST_MODULES:
             yield len(inside), _place(package)
 
 
 def long_files(folder: Path) -> Iterator[tuple[int, str]]:
     """Yield files that are longer than usual: their lines, and the file."""
-    for file in sorted(folder.rglob("*.py")):
+    for file in _files(folder):
         lines = len(file.read_text(encoding="utf-8").splitlines())
         if lines > LONGEST_FILE:
             yield lines, _place(file)
@@ -48,12 +51,25 @@ def long_files(folder: Path) -> Iterator[tuple[int, str]]:
 
 def long_functions(folder: Path) -> Iterator[tuple[int, str]]:
     """Yield functions that are longer than usual: their lines, and where they begin."""
-    for file in sorted(folder.rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for file in _files(folder):
+        for line, name, lines in _functions(file):
+            if lines > LONGEST_FUNCTION:
+                yield lines, f"{_place(file)}:{line} {name}"
+
+
+def _functions(file: Path) -> Iterator[tuple[int, str, int]]:
+    """Yield where the functions of a file begin, their names, and how many lines they have."""
+    text = file.read_text(encoding="utf-8")
+    if file.suffix == ".pxi":
+        yield from (own[:3] for own in pxi.functions(text))
+    elif file.suffix == ".py":
+        for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                lines = (node.end_lineno or node.lineno) - node.lineno + 1
-                if lines > LONGEST_FUNCTION:
-                    yield lines, f"{_place(file)}:{node.lineno} {node.name}"
+                yield node.lineno, node.name, (node.end_lineno or node.lineno) - node.lineno + 1
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.rglob("*") if file.suffix in SOURCES)
 
 
 def _place(path: Path) -> str:
