@@ -29,14 +29,21 @@ def chosen_core() -> ModuleType:
     is_wider = baseline.has_x86_64_v3()
     if wish == "x86_64_v3" and not is_wider:
         raise ImportError(f"{WISH}={wish}: this processor does not run x86-64-v3")
-    return _loaded("x86_64_v3") if is_wider and wish != "baseline" else baseline
+    core = _loaded("x86_64_v3") if is_wider and wish != "baseline" else baseline
+    changed = _changed(core.BUILT_FROM)
+    if changed:
+        raise ImportError(
+            f"{core.__name__} is older than {changed}: run `python -m build_core` or `pip install -e .`",
+            name=core.__name__,
+        )
+    return core
 
 
 def _loaded(variant: str) -> ModuleType:
-    """Return a compiled core, if it is there and made from the sources beside it."""
+    """Return a compiled core, if it is there."""
     name = f"{__package__}.{variant}"
     try:
-        core = import_module(name)
+        return import_module(name)
     except ModuleNotFoundError as error:
         if error.name != name:
             raise
@@ -44,12 +51,6 @@ def _loaded(variant: str) -> ModuleType:
             f"{name} was not compiled for this Python: run `pip install -e .` in a checkout, or install a wheel",
             name=name,
         ) from None
-    changed = _changed(core.BUILT_FROM)
-    if changed:
-        raise ImportError(
-            f"{name} is older than {changed}: run `python -m build_core` or `pip install -e .`", name=name
-        )
-    return core
 
 
 def _changed(built_from: str) -> str | None:
