@@ -1,4 +1,4 @@
-# Stands in for the core until its files are here: shows that numpy's C interface, records and C functions work.
+# Stands in for the core until its files are here: numpy's C interface, a record, a C function.
 
 from libc.stdint cimport int64_t
 
