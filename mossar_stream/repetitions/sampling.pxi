@@ -22,13 +22,13 @@ cdef double LONGEST_REST = 30.0  # s; what was done before a longer one is not c
 
 
 cdef double next_wanted(double origin, double time) noexcept nogil:
-    """Return from when on the next frame is looked at after one that was: at `RATE`.
+    """Return from when on the next frame is looked at after one that was: at `MOST_RATE`.
 
     Args:
         origin: s, of the take.
         time: Of the frame, s.
     """
-    return origin + (floor((time - origin) * RATE + ROUNDING) + 1) / RATE - STAMP_ROUNDING
+    return origin + (floor((time - origin) * MOST_RATE + ROUNDING) + 1) / MOST_RATE - STAMP_ROUNDING
 
 
 cdef inline void take_frame(Counting* header, Samples* samples, float* position, double time) noexcept nogil:

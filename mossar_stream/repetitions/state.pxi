@@ -5,7 +5,7 @@ A sample is a pose that has moved far enough from the sample before (sampling.py
 may go far, has its own path in full.
 """
 
-cdef double RATE = 30.0  # Hz, of the frames that are looked at, at most
+cdef double MOST_RATE = 30.0  # Hz, of the frames that are looked at, at most
 cdef enum:
     SAMPLES = 120  # kept
     LEAST_SAMPLES = 8  # in a window that is analysed
@@ -79,6 +79,13 @@ cdef struct Counting:
     int64_t cycles  # remembered ones
     int64_t changed  # the first remembered cycle that the last analysis changed
     Cycle cycle[32]
+
+
+cdef struct CountedCycle:
+    double begins
+    double ends
+    double period
+    int64_t count
 
 
 cdef struct Periods:  # what evidence reads of it: of the body's repetitions, in its row and in those of its limbs
