@@ -26,3 +26,7 @@ cdef inline float along((float, float, float) vector, int64_t axis) noexcept nog
 
 cdef inline float squared_float(float x) noexcept nogil:
     return x * x
+
+
+cdef inline int64_t magnitude(int64_t x) noexcept nogil:
+    return -x if x < 0 else x

@@ -324,7 +324,7 @@ cdef (double, int64_t) goes_on(Counting* header, int64_t n, FloatRows smooth, in
         if least > most:
             break
         here, there = here + step, best
-    return (<double>abs(there - begun) / (end - start), here)
+    return (<double>magnitude(there - begun) / (end - start), here)
 
 
 cdef float distance(FloatRows smooth, int64_t i, int64_t j) noexcept nogil:

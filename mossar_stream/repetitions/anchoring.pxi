@@ -88,4 +88,4 @@ cdef bint _follows(Cycle* before, Cycle* cycle) noexcept nogil:
     """Return whether a cycle follows another without a seam."""
     cdef int64_t gap, period
     gap, period = cycle.start - before.end, cycle.end - cycle.start
-    return abs(gap) < SEAM * period
+    return magnitude(gap) < SEAM * period

@@ -104,13 +104,14 @@ cdef void _choose_proposal(Counting* header, Samples* samples, int64_t n, Counti
     """Set the proposal that wins, and its cycles; the smoothed scores are those in which it was found."""
     cdef Winner* winner
     cdef double spread, share, before
-    cdef int64_t k, width
+    cdef int64_t attempt, k, width
     winner = &scratch.winner
     winner.covered, winner.count, winner.clear = 0.0, 0, 0
     spread = 1e-12
     for k in range(COMPONENTS):
         spread += _square(row_of_floats(samples.scores, k), n)
-    for width in (1, 3, 7):  # samples over which scores are smoothed: what is uneven within a cycle is not its end
+    for attempt in range(3):
+        width = (2 << attempt) - 1  # 1, 3, 7 samples over which scores are smoothed: what is uneven within a cycle is not its end
         smooth_scores(samples, n, width)
         for k in range(PROPOSING if width == 1 else SMOOTHED_PROPOSING):
             share = pow(_square(row_of_floats(samples.smooth, k), n) / spread, SHARE_POWER)
@@ -175,7 +176,7 @@ cdef void _propose_turns(Counting* header, Samples* samples, (int64_t, int64_t, 
     cycles = in_cycles(&scratch.cycles[0][0], 3)
     kept = in_cycles(&scratch.kept[0][0], 3)
     found = turning_points(scores, n, least, turns)
-    for direction in (1, -1):
+    for direction in range(1, -2, -2):  # at maxima, at minima
         count = cycles_between(turns, found, direction, n == header.open, cycles)
         if count < 2:
             continue
@@ -233,7 +234,7 @@ cdef double _agreeing(Counting* header, int64_t n, Int32Rows cycles, int64_t cou
         slack = max(2.0, NEAR_BOUNDARY * (cycles.at[2 * cycles.columns + i] - cycles.at[i]))
         for q in range(header.cycles - 1, -1, -1):
             apart = cycles.at[i] + oldest - header.cycle[q].start
-            if abs(apart) <= slack:
+            if magnitude(apart) <= slack:
                 hits += 1
             if apart >= -slack:
                 break
@@ -360,7 +361,7 @@ cdef int64_t _counting_write(Counting* header, Samples* samples, int64_t compone
     place = header.cycles
     header.cycles += 1
     row = &header.cycle[place]
-    same = place < before and abs(row.start - start) <= 1 and abs(row.end - end) <= 1
+    same = place < before and magnitude(row.start - start) <= 1 and magnitude(row.end - end) <= 1
     if not same and header.changed < 0:
         header.changed = place
     row.start, row.far, row.end = start, far, end
