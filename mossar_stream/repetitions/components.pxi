@@ -90,7 +90,7 @@ cdef double _spread(Samples* samples, int64_t begin, int64_t n) noexcept nogil:
         for i in range(begin, n):
             mean += row.at[i]
             squares += row.at[i] * row.at[i]
-        total += <double>squares - squared(<double>mean) / count
+        total += squares - <double>squared_float(mean) / count
     return total / count
 
 

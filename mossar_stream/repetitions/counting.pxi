@@ -218,7 +218,7 @@ cdef double _square(Floats row, int64_t n) noexcept nogil:
     cdef int64_t i
     total = 0.0
     for i in range(n):
-        total += <double>row.at[i] * <double>row.at[i]
+        total += row.at[i] * row.at[i]
     return total
 
 
@@ -395,7 +395,7 @@ cdef void _counting_measure(Counting* header, Samples* samples, int64_t componen
     row.returning = <int64_t>(end >= n - 2)
     row.arrives = header.at[ring_place(header, n, end)]
     swing = abs(scores.at[far] - <float>0.5 * (scores.at[start] + scores.at[end]))
-    row.amplitude = <double>swing / sqrt(<double>header.joints)
+    row.amplitude = swing / sqrt(<double>header.joints)
     row.joint = _leading_joint(header, row_of_floats(samples.axes, component))
 
 

@@ -121,7 +121,7 @@ cdef void _sampling_follow(Counting* header, Samples* samples) noexcept nogil:
         way += <float>0.0 if isnan(went) else went * went
         moved += <float>0.0 if isnan(apart) else apart * apart
     if header.frames > 1:
-        noise = <double>bend / 6.0
+        noise = bend / 6.0
         if noise < header.noise or bend > TURNS_BACK * way:
             header.noise += FOLLOWS * (noise - header.noise)
     least = LEAST_STEP * LEAST_STEP * header.size
@@ -169,8 +169,8 @@ cdef double _size(Counting* header, Floats pose) noexcept nogil:
         for j in range(n):
             value = <float>0.0 if j == header.root else pose.at[3 * j + c]
             if not isnan(value):
-                mean += <double>value
-                squares += squared(<double>value)
+                mean += value
+                squares += squared_float(value)
                 seen += 1
         if seen > 0:
             total += (squares - mean * mean / seen) * n / seen
