@@ -1,10 +1,14 @@
 """What is installed: the three packages with their types, and no check."""
 
 import re
+import tarfile
 import zipfile
 from pathlib import Path
 
 import pytest
+
+from build_core.extensions import variants
+from build_core.sources import sources
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = {"mossar_stream", "mossar_adapters", "mossar_tools"}
@@ -24,6 +28,23 @@ def test_the_wheel_holds_the_three_packages_and_no_check(names):
     assert {top for top in tops if not top.endswith(".dist-info")} == PACKAGES
     assert not [name for name in names if "checks" in name or "tests" in name]
     assert {f"{package}/py.typed" for package in PACKAGES} <= set(names)
+
+
+def test_the_core_is_in_it_without_its_sources(names):
+    core = [name for name in names if name.endswith((".so", ".pyd"))]
+    assert "mossar_stream/core/baseline" in {name.partition(".")[0] for name in core}
+    assert len(core) == len(variants())
+    assert not [name for name in names if name.endswith((".pyx", ".pxi", ".pxd", ".h", ".c"))]
+
+
+def test_the_sdist_holds_what_compiles_the_core(tmp_path):
+    builders = pytest.importorskip("hatchling.builders.sdist", reason="hatchling is not installed")
+    path = next(builders.SdistBuilder(str(ROOT)).build(directory=str(tmp_path)))
+    with tarfile.open(path) as sdist:
+        names = {name.partition("/")[2] for name in sdist.getnames()}
+    hook = {path.relative_to(ROOT).as_posix() for path in (ROOT / "tools" / "build_core").glob("*.py")}
+    assert {path.relative_to(ROOT).as_posix() for path in sources()} | hook <= names
+    assert not [name for name in names if name.endswith((".so", ".pyd", ".c"))]
 
 
 def test_nothing_that_is_installed_imports_a_check():

@@ -83,6 +83,8 @@ cdef dict _records():
     cdef LoopHead head
     cdef Seat seat
     cdef Tools tools
+    cdef Counters counters
+    cdef Measure measure
     return {
         "Plan": np.asarray(<Plan[:1]>&plan).dtype,
         "Row": np.asarray(<Row[:1]>&row).dtype,
@@ -98,6 +100,8 @@ cdef dict _records():
         "Reader": np.asarray(<Reader[:1]>&reader).dtype,
         "LoopHead": np.asarray(<LoopHead[:1]>&head).dtype,
         "Seat": np.asarray(<Seat[:1]>&seat).dtype,
+        "Counters": np.asarray(<Counters[:1]>&counters).dtype,
+        "Measure": np.asarray(<Measure[:1]>&measure).dtype,
         "Tools": np.asarray(<Tools[:1]>&tools).dtype,
     }
 

@@ -27,7 +27,7 @@ cdef struct Arrays:  # A row's arrays, as frames need them.
     PoseHistory history
     Activity activity
     Counting* counting  # of repetitions, if they are counted here
-    StoredSamples samples  # likewise
+    Samples samples  # likewise
     Periods* periods  # by which candidates are judged, if there are any
     DoubleRows filtered  # (6, padded_joints), or none
     Doubles ring_time  # (ring,)

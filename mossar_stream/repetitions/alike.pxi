@@ -34,7 +34,7 @@ cdef int64_t cycles_between(Int32Rows turns, int64_t found, int64_t direction, b
     at = 0
     if found > 0 and not first and turns.at[0] == 0:
         at = 1
-    if at < found and turns.at[1 * turns.columns + at] != direction:
+    if at < found and turns.at[turns.columns + at] != direction:
         at += 1
     count = 0
     while at + 2 < found:
@@ -60,7 +60,10 @@ cdef double crossing(Floats scores, int64_t start, int64_t end, double share) no
     return i + step * <double>((goal - scores.at[i]) / (scores.at[i + step] - scores.at[i]))
 
 
-cdef void alike_describe(Samples* samples, int64_t component, Int32Rows cycles, int64_t i, FloatPlanes shapes) noexcept nogil:
+ctypedef float (*Shape)[COMPONENTS]  # (POSTURES, COMPONENTS), the description of a cycle
+
+
+cdef void describe(Samples* samples, int64_t component, Int32Rows cycles, int64_t i, Shape shape) noexcept nogil:
     """Write the postures by which a cycle is compared.
 
     Args:
@@ -68,18 +71,18 @@ cdef void alike_describe(Samples* samples, int64_t component, Int32Rows cycles, 
         component: The one whose turning points these are.
         cycles: (3, SAMPLES) start, far extreme, end.
         i: Which cycle.
-        shapes: (n, POSTURES, COMPONENTS) float32, whose i-th is written.
+        shape: Out.
     """
     cdef FloatRows smooth
     cdef int64_t k, there, q, back
     cdef float sign, begin, top, goal
     cdef int32_t start, far, end
-    # CHECK numba gave back the types int32, int64
-    # CHECK numba gave there the types int32, int64
     smooth = samples.smooth
-    start, far, end = cycles.at[i], cycles.at[1 * cycles.columns + i], cycles.at[2 * cycles.columns + i]
+    start, far, end = cycles.at[i], cycles.at[cycles.columns + i], cycles.at[2 * cycles.columns + i]
     for k in range(COMPONENTS):
-        shapes.at[(i * shapes.rows + 0) * shapes.columns + k], shapes.at[(i * shapes.rows + 1) * shapes.columns + k], shapes.at[(i * shapes.rows + 2) * shapes.columns + k] = smooth.at[k * smooth.columns + start], smooth.at[k * smooth.columns + far], smooth.at[k * smooth.columns + end]
+        shape[0][k] = smooth.at[k * smooth.columns + start]
+        shape[1][k] = smooth.at[k * smooth.columns + far]
+        shape[2][k] = smooth.at[k * smooth.columns + end]
     begin, top = smooth.at[component * smooth.columns + start], smooth.at[component * smooth.columns + far]
     sign = <float>1.0 if top > begin else <float>(-1.0)
     there = start
@@ -87,27 +90,31 @@ cdef void alike_describe(Samples* samples, int64_t component, Int32Rows cycles, 
         goal = begin + <float>(0.25 * (q + 1)) * (top - begin)
         while there < far and (smooth.at[component * smooth.columns + (there + 1)] - goal) * sign < 0:
             there += 1
-        _write_between(smooth, component, (there, min(there + 1, far)), goal, shapes, (i, 3 + 2 * q))
+        _write_between(smooth, component, (there, min(there + 1, far)), goal, shape[3 + 2 * q])
     begin, back = smooth.at[component * smooth.columns + end], end
     sign = <float>1.0 if top > begin else <float>(-1.0)
     for q in range(3):
         goal = begin + <float>(0.25 * (q + 1)) * (top - begin)
         while back > far and (smooth.at[component * smooth.columns + (back - 1)] - goal) * sign < 0:
             back -= 1
-        _write_between(smooth, component, (back, max(back - 1, far)), goal, shapes, (i, 4 + 2 * q))
+        _write_between(smooth, component, (back, max(back - 1, far)), goal, shape[4 + 2 * q])
 
 
-cdef void _write_between(FloatRows smooth, int64_t component, (int64_t, int64_t) between, float goal, FloatPlanes shapes, (int64_t, int64_t) place) noexcept nogil:
+cdef void _write_between(
+    FloatRows smooth, int64_t component, (int64_t, int64_t) between, float goal, float* posture
+) noexcept nogil:
     """Write the posture where a component has a value between two neighbours."""
     cdef float rest
-    cdef int64_t k, one, other, i, q
+    cdef int64_t k, one, other
+    cdef float* scores
     one, other = between
-    i, q = place
-    rest = <float>0.0
+    rest = 0.0
+    scores = smooth.at + component * smooth.columns
     if one != other:
-        rest = (goal - smooth.at[component * smooth.columns + one]) / (smooth.at[component * smooth.columns + other] - smooth.at[component * smooth.columns + one])
+        rest = (goal - scores[one]) / (scores[other] - scores[one])
     for k in range(COMPONENTS):
-        shapes.at[(i * shapes.rows + q) * shapes.columns + k] = smooth.at[k * smooth.columns + one] + rest * (smooth.at[k * smooth.columns + other] - smooth.at[k * smooth.columns + one])
+        scores = smooth.at + k * smooth.columns
+        posture[k] = scores[one] + rest * (scores[other] - scores[one])
 
 
 cdef double agreement(CountingScratch* described, int64_t i, int64_t j) noexcept nogil:
@@ -117,17 +124,13 @@ cdef double agreement(CountingScratch* described, int64_t i, int64_t j) noexcept
     """
     cdef int64_t q, k
     cdef float squares, spread, product, means
-    cdef FloatPlanes shapes
-    cdef FloatRows totals
-    shapes = described.shapes
-    totals = described.totals
     product, means = <float>0.0, <float>0.0
     for q in range(POSTURES):
         for k in range(COMPONENTS):
-            product += shapes.at[(i * shapes.rows + q) * shapes.columns + k] * shapes.at[(j * shapes.rows + q) * shapes.columns + k]
+            product += described.shapes[i][q][k] * described.shapes[j][q][k]
     for k in range(COMPONENTS):
-        means += squared_float(totals.at[i * totals.columns + k] + totals.at[j * totals.columns + k])
-    squares = totals.at[i * totals.columns + COMPONENTS] + totals.at[j * totals.columns + COMPONENTS]
+        means += squared_float(described.totals[i][k] + described.totals[j][k])
+    squares = described.totals[i][COMPONENTS] + described.totals[j][COMPONENTS]
     spread = max(squares - means / <float>(2 * POSTURES), <float>1e-9)
     return 1.0 - <double>((squares - <float>2.0 * product) / spread)
 
@@ -142,8 +145,8 @@ cdef bint _pair(Floats scores, Int32Rows cycles, int64_t i) noexcept nogil:
         return False
     if min(one, other) < SHORTEST_CYCLE:
         return False
-    a = abs(scores.at[cycles.at[1 * cycles.columns + i]] - 0.5 * (scores.at[cycles.at[i]] + scores.at[cycles.at[2 * cycles.columns + i]]))
-    b = abs(scores.at[cycles.at[1 * cycles.columns + (i + 1)]] - 0.5 * (scores.at[cycles.at[i + 1]] + scores.at[cycles.at[2 * cycles.columns + (i + 1)]]))
+    a = abs(scores.at[cycles.at[cycles.columns + i]] - 0.5 * (scores.at[cycles.at[i]] + scores.at[cycles.at[2 * cycles.columns + i]]))
+    b = abs(scores.at[cycles.at[cycles.columns + (i + 1)]] - 0.5 * (scores.at[cycles.at[i + 1]] + scores.at[cycles.at[2 * cycles.columns + (i + 1)]]))
     return min(a, b) >= LEAST_AMPLITUDE_RATIO * max(a, b)
 
 
@@ -155,36 +158,34 @@ cdef void describe_all(Samples* samples, int64_t component, Int32Rows cycles, in
         component: The one whose turning points these are.
         cycles: (3, SAMPLES).
         count: How many there are.
-        described: `SCRATCH` record, out.
+        described: `CountingScratch`, out.
     """
     cdef int64_t i, q, k
-    cdef FloatPlanes shapes
-    cdef FloatRows totals
     cdef float value
-    shapes = described.shapes
-    totals = described.totals
+    cdef float* totals
     for i in range(count):
-        alike_describe(samples, component, cycles, i, shapes)
-        row_of_floats(totals, i) = <float>0.0
+        describe(samples, component, cycles, i, described.shapes[i])
+        totals = described.totals[i]
+        fill_floats(floats(totals, COMPONENTS + 1), 0.0)
         for q in range(POSTURES):
             for k in range(COMPONENTS):
-                value = shapes.at[(i * shapes.rows + q) * shapes.columns + k]
-                totals.at[i * totals.columns + k] += value
-                totals.at[i * totals.columns + COMPONENTS] += value * value
+                value = described.shapes[i][q][k]
+                totals[k] += value
+                totals[COMPONENTS] += value * value
         if i > 0:
             described.alike[i - 1] = agreement(described, i - 1, i)
 
 
 cdef double alternation(Int32Rows cycles, int64_t count, CountingScratch* described) noexcept nogil:
     """Return how much better cycles agree with the next but one than with the next: those are halves of cycles."""
-    cdef Doubles alike
+    cdef double* alike
     cdef int64_t i, triples
     cdef double better
     alike = described.alike
     better, triples = 0.0, 0
     for i in range(count - 2):
         if cycles.at[2 * cycles.columns + i] == cycles.at[i + 1] and cycles.at[2 * cycles.columns + (i + 1)] == cycles.at[i + 2]:
-            better += agreement(described, i, i + 2) - 0.5 * (alike.at[i] + alike.at[i + 1])
+            better += agreement(described, i, i + 2) - 0.5 * (alike[i] + alike[i + 1])
             triples += 1
     return better / triples if triples > 1 else 0.0
 
@@ -207,16 +208,16 @@ cdef int64_t join_pairs(Floats scores, Int32Rows cycles, int64_t count, int64_t 
         if cycles.at[2 * cycles.columns + i] != cycles.at[i + 1]:
             i += 1
             continue
-        start, one, other = cycles.at[i], cycles.at[1 * cycles.columns + i], cycles.at[1 * cycles.columns + (i + 1)]
+        start, one, other = cycles.at[i], cycles.at[cycles.columns + i], cycles.at[cycles.columns + (i + 1)]
         joined.at[made], joined.at[2 * joined.columns + made] = start, cycles.at[2 * cycles.columns + (i + 1)]
         farther = abs(scores.at[one] - scores.at[start]) >= abs(scores.at[other] - scores.at[start])
-        joined.at[1 * joined.columns + made] = one if farther else other
+        joined.at[joined.columns + made] = one if farther else other
         made += 1
         i += 2
     return made
 
 
-cdef (int64_t, double, bint) keep_alike(Floats scores, Int32Rows cycles, int64_t count, Doubles alike) noexcept nogil:
+cdef (int64_t, double, bint) keep_alike(Floats scores, Int32Rows cycles, int64_t count, double* alike) noexcept nogil:
     """Keep the cycles of runs that agree enough.
 
     Args:
@@ -236,10 +237,10 @@ cdef (int64_t, double, bint) keep_alike(Floats scores, Int32Rows cycles, int64_t
     while i < count:
         j, agreed, strongest = i, 0.0, 0.0
         while j + 1 < count and _pair(scores, cycles, j):
-            if alike.at[j] < LEAST_AGREEMENT:
+            if alike[j] < LEAST_AGREEMENT:
                 break
-            agreed += alike.at[j]
-            strongest = max(strongest, alike.at[j])
+            agreed += alike[j]
+            strongest = max(strongest, alike[j])
             j += 1
         if j > i and agreed >= ENOUGH_AGREEMENT:
             clear |= strongest >= STRONG or agreed >= MUCH
@@ -289,11 +290,11 @@ cdef double recurring(FloatRows scores, Int32Rows cycles, int64_t count) noexcep
     return product / sqrt(one * other)
 
 
-cdef (double, int64_t) goes_on(Counting* header, int64_t n, FloatRows smooth, Ints32 cycle, int64_t step, int64_t last) noexcept nogil:
+cdef (double, int64_t) goes_on(Counting* header, int64_t n, FloatRows smooth, int32_t* cycle, int64_t step, int64_t last) noexcept nogil:
     """Return how much of a cycle is shown beyond its end (step 1), or before its begin (-1), and up to which sample.
 
     Args:
-        header: `HEADER` record.
+        header: `Counting`.
         n: Samples in the window.
         smooth: (COMPONENTS, n) scores.
         cycle: (3,) start, far extreme, end.
@@ -304,12 +305,7 @@ cdef (double, int64_t) goes_on(Counting* header, int64_t n, FloatRows smooth, In
     cdef int64_t there, here, q, one, other, best, place
     cdef double most, lasted, least
     cdef float apart
-    # CHECK numba gave here the types int32, int64
-    # CHECK numba gave least the types float32, float64
-    # CHECK numba gave there the types int32, int64
-    # CHECK distance is called with several kinds of arguments
-    # CHECK ring_place is called with several kinds of arguments
-    start, far, end = cycle.at[0], cycle.at[1], cycle.at[2]
+    start, far, end = cycle[0], cycle[1], cycle[2]
     here, there, goal = (end, start, end) if step == 1 else (start, end, start)
     begun = there
     most, lasted = SAME_POSTURE * distance(smooth, start, far), header.at[ring_place(header, n, end)] - header.left[ring_place(header, n, start)]
@@ -328,10 +324,10 @@ cdef (double, int64_t) goes_on(Counting* header, int64_t n, FloatRows smooth, In
         if least > most:
             break
         here, there = here + step, best
-    return (<double>abs(there - begun) / (end - start), here)
+    return (<double>magnitude(there - begun) / (end - start), here)
 
 
-cdef float distance(FloatRows smooth, int32_t i, int32_t j) noexcept nogil:
+cdef float distance(FloatRows smooth, int64_t i, int64_t j) noexcept nogil:
     """Return how far two samples of the window are apart, m over all joints."""
     cdef float total
     cdef int64_t k
@@ -346,7 +342,6 @@ cdef (double, double) dwelling_of(Counting* header, int64_t n, Floats scores, in
     cdef float sign, near, away, begin, top
     cdef int32_t q
     cdef double dwelling, distant, lasted
-    # CHECK ring_place is called with several kinds of arguments
     begin, top = scores.at[start], scores.at[far]
     sign = <float>1.0 if top > begin else <float>(-1.0)
     near = sign * (begin + <float>0.25 * (top - begin))
@@ -366,7 +361,7 @@ cdef double rest_pose_nearness(Samples* samples, Int32Rows cycles, int64_t count
     cdef float near, distant
     begin, far = 0.0, 0.0
     for i in range(count):
-        near, distant = rest_pose_distances(samples, cycles.at[i], cycles.at[1 * cycles.columns + i])
+        near, distant = rest_pose_distances(samples, cycles.at[i], cycles.at[cycles.columns + i])
         begin, far = begin + near, far + distant
     return (far - begin) / max(begin + far, 1e-9)
 

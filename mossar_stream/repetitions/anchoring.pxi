@@ -14,21 +14,21 @@ cdef double LONGEST_PAUSE = 1.5  # cycles, within a bout
 cdef double SEAM = 0.25  # of a cycle, by which neighbours of a chain may overlap or be apart: more shows that one was found anew
 
 
-cdef void weigh(Counting* header, Samples* samples, int64_t component, Ints32 cycle, Cycle* row) noexcept nogil:
+cdef void weigh(Counting* header, Samples* samples, int64_t component, int32_t* cycle, Cycle* row) noexcept nogil:
     """Note what speaks for the begin of a cycle against its other extreme.
 
     Args:
-        header: `HEADER` record.
+        header: `Counting`.
         samples: `Samples`.
         component: The one whose turning points these are.
         cycle: (3,) start, far extreme, end.
-        row: `CYCLE` record, in and out.
+        row: `Cycle`, in and out.
     """
     cdef int64_t n
     cdef double ends, dwelling, away
     cdef int32_t start, far, end
     cdef float near, distant
-    start, far, end = cycle.at[0], cycle.at[1], cycle.at[2]
+    start, far, end = cycle[0], cycle[1], cycle[2]
     n = window_size(header)
     dwelling, away = dwelling_of(header, n, row_of_floats(samples.smooth, component), start, far, end)
     near, distant = rest_pose_distances(samples, start, far)
@@ -44,7 +44,7 @@ cdef double straightening(Counting* header, Samples* samples, Int32Rows cycles, 
     cdef int64_t i
     total = 0.0
     for i in range(count):
-        total += _anchoring_straightness(header, samples, cycles.at[i]) - _anchoring_straightness(header, samples, cycles.at[1 * cycles.columns + i])
+        total += _anchoring_straightness(header, samples, cycles.at[i]) - _anchoring_straightness(header, samples, cycles.at[cycles.columns + i])
     return tanh(total / count / STRAIGHTER)
 
 
@@ -52,7 +52,6 @@ cdef double _anchoring_straightness(Counting* header, Samples* samples, int32_t 
     """Return the mean over a sample of the window and its neighbours."""
     cdef int64_t n, q, count
     cdef double total
-    # CHECK ring_place is called with several kinds of arguments
     n = window_size(header)
     total, count = 0.0, 0
     for q in range(max(i - 1, 0), min(i + 2, n)):
@@ -89,4 +88,4 @@ cdef bint _follows(Cycle* before, Cycle* cycle) noexcept nogil:
     """Return whether a cycle follows another without a seam."""
     cdef int64_t gap, period
     gap, period = cycle.start - before.end, cycle.end - cycle.start
-    return abs(gap) < SEAM * period
+    return magnitude(gap) < SEAM * period

@@ -15,16 +15,15 @@ cdef int64_t find_components(Counting* header, Samples* samples, CountingScratch
     """Set axes and scores, in the order of time, for the samples in the window, and how far they must swing.
 
     Args:
-        header: `HEADER` record.
+        header: `Counting`.
         samples: `Samples`; axes of the last analysis are where to begin.
-        scratch: `SCRATCH` record.
+        scratch: `CountingScratch`.
 
     Returns:
         How many samples there are.
     """
     cdef int64_t n, oldest, _, fine
     cdef bint lost
-    # CHECK ring_place is called with several kinds of arguments
     n = window_size(header)
     oldest = ring_place(header, n, 0)
     _lay_out(header, samples, n, oldest)
@@ -91,7 +90,7 @@ cdef double _spread(Samples* samples, int64_t begin, int64_t n) noexcept nogil:
         for i in range(begin, n):
             mean += row.at[i]
             squares += row.at[i] * row.at[i]
-        total += <double>squares - squared(<double>mean) / count
+        total += squares - <double>squared_float(mean) / count
     return total / count
 
 
@@ -115,14 +114,13 @@ cdef bint _begin_axes(Samples* samples, int64_t n) noexcept nogil:
         Whether the first was among them.
     """
     cdef int64_t begun, k, i, j
-    # CHECK sign (C truncates): (k + 1) * (n - 1) // COMPONENTS
     begun = -1
     for k in range(COMPONENTS - 1, -1, -1):
         if _is_zero(row_of_floats(samples.axes, k)):
             begun = k
             i = (k + 1) * (n - 1) // COMPONENTS
             for j in range(samples.pose.count):
-                samples.axes.at[k * samples.axes.columns + j] = samples.by_coordinate.at[j * samples.by_coordinate.columns + i] - samples.by_coordinate.at[j * samples.by_coordinate.columns + 0]
+                samples.axes.at[k * samples.axes.columns + j] = samples.by_coordinate.at[j * samples.by_coordinate.columns + i] - samples.by_coordinate.at[j * samples.by_coordinate.columns]
     if begun >= 0:
         _orthonormalise(samples.axes)
     return begun == 0
@@ -144,11 +142,14 @@ cdef void _project(Samples* samples, int64_t n) noexcept nogil:
     cdef int64_t i, k
     cdef Floats rest, row
     scores = samples.scores
-    weighted_sums(scores.at, samples.axes.at, samples.by_coordinate.at, n)
+    weighted_sums(
+        scores.at, samples.axes.at, samples.axes.columns,
+        samples.by_coordinate.at, samples.by_coordinate.rows, samples.by_coordinate.columns, n,
+    )
     a = b = c = d = <float>0.0  # `COMPONENTS` sums side by side
     for i in range(n):
         a += scores.at[i]
-        b += scores.at[1 * scores.columns + i]
+        b += scores.at[scores.columns + i]
         c += scores.at[2 * scores.columns + i]
         d += scores.at[3 * scores.columns + i]
     rest = samples.rest_pose_scores
@@ -173,7 +174,7 @@ cdef void _project_rest_pose(Samples* samples) noexcept nogil:
     a, b, c, d = scores.at[0], scores.at[1], scores.at[2], scores.at[3]
     for j in range(rest.count):
         a += axes.at[j] * rest.at[j]
-        b += axes.at[1 * axes.columns + j] * rest.at[j]
+        b += axes.at[axes.columns + j] * rest.at[j]
         c += axes.at[2 * axes.columns + j] * rest.at[j]
         d += axes.at[3 * axes.columns + j] * rest.at[j]
     scores.at[0], scores.at[1], scores.at[2], scores.at[3] = a, b, c, d
@@ -181,7 +182,10 @@ cdef void _project_rest_pose(Samples* samples) noexcept nogil:
 
 cdef void _turn_axes(Samples* samples, int64_t n) noexcept nogil:
     """Multiply the axes by the covariance of the window and make them orthonormal again."""
-    line_products(samples.axes.at, samples.scores.at, samples.by_coordinate.at, n)
+    line_products(
+        samples.axes.at, samples.axes.columns, samples.scores.at,
+        samples.by_coordinate.at, samples.by_coordinate.rows, samples.by_coordinate.columns, n,
+    )
     _orthonormalise(samples.axes)
 
 
@@ -236,7 +240,6 @@ cdef void smooth_scores(Samples* samples, int64_t n, int64_t width) noexcept nog
     cdef int64_t half, k, i, apart
     cdef float share, fewer
     cdef Floats row, out
-    # CHECK sign (C truncates): width // 2
     half = width // 2
     share = <float>1.0 / <float>width
     for k in range(COMPONENTS):

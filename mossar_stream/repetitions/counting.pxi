@@ -25,46 +25,32 @@ cdef double LONGEST_GAP = 2.1
 cdef double SWING_GOES_ON = 0.54  # of a swing
 cdef enum:
     DOUBTFUL = 5  # windows, for which unreported cycles are kept
-# CHECK tuple WIDTHS = (1, 3, 7)  # samples over which scores are smoothed: what is uneven within a cycle is not its end
 cdef double LEAST_WIDTHS = 3.0  # that a cycle lasts: of shorter ones, smoothing leaves too little
 cdef double SHARE_POWER = 0.32  # power of the share of the movement that a component has
 
 
-# ENTRY: called from Python
-cdef int64_t analyse(Bytes state, Bytes store, FloatRows _position, double time) noexcept nogil:
+cdef int64_t analyse(
+    uint8_t* state, int64_t state_bytes, uint8_t* store, int64_t store_bytes, float* positions, int64_t joints, double time
+) noexcept nogil:
     """Analyse the window as often as is due before a frame: a function as readers have it.
 
     Args:
-        state: Bytes of what is counted: `HEADER`, `PERIODS` from `PERIODS_AT` on, the samples from `SAMPLES_AT` on.
+        state: Bytes of what is counted: `Counting`, `Periods` and the samples, see `periods_at` and `samples_at`.
+        state_bytes: How many.
         store: Bytes in which an analysis works, see `store_size`.
+        store_bytes: How many.
+        positions: Not looked at.
+        joints: Likewise.
         time: s, of the frame; inf to analyse what there is, once.
 
     Returns:
         1 if that changed what is counted, else 0.
     """
-    cdef Counting* header
-    cdef Bytes memory
-    cdef CountingScratch* scratch
-    cdef Floats room
-    cdef Samples samples
+    cdef Counting* header = <Counting*>state
+    cdef CountingScratch* scratch = <CountingScratch*>store
+    cdef float* room = <float*>(store + in_lines(sizeof(CountingScratch)))
+    cdef Samples samples = all_samples(state + samples_at(), room, header.joints)
     cdef bint changed
-    # CHECK sign (C truncates): (len(store) - ROOM_AT) // 4
-    # CHECK call of part: part(state, 0, HEADER, (1,))
-    # CHECK subscript part(state, 0, HEADER, (1,))[0]
-    # CHECK call of part: part(state, SAMPLES_AT, np.uint8, (len(state) - SAMPLES_AT,))
-    # CHECK call of part: part(store, 0, SCRATCH, (1,))
-    # CHECK subscript part(store, 0, SCRATCH, (1,))[0]
-    # CHECK call of part: part(store, ROOM_AT, np.float32, ((len(store) - ROOM_AT) // 4,))
-    # CHECK call of views: views(memory, room, header.joints)
-    # CHECK append_sample is called with several kinds of arguments
-    # CHECK call of part: part(state, PERIODS_AT, PERIODS, (1,))
-    # CHECK subscript part(state, PERIODS_AT, PERIODS, (1,))[0]
-    # CHECK copy_periods is called with several kinds of arguments
-    header = part(state, 0, HEADER, (1,))[0]
-    memory = part(state, SAMPLES_AT, np.uint8, (state.count - SAMPLES_AT))
-    scratch = part(store, 0, SCRATCH, (1,))[0]
-    room = part(store, ROOM_AT, np.float32, ((store.count - ROOM_AT) // 4))
-    samples = views(memory, room, header.joints)
     if time == INFINITY:
         if header.begun == 0:
             return 0
@@ -72,7 +58,7 @@ cdef int64_t analyse(Bytes state, Bytes store, FloatRows _position, double time)
     elif time < header.due:
         return 0
     changed = _analyse_once(header, &samples, scratch)
-    copy_periods(part(state, PERIODS_AT, PERIODS, (1,))[0], header)
+    note_periods(<Periods*>(state + periods_at()), header)
     return 1 if changed else 0
 
 
@@ -118,15 +104,14 @@ cdef void _choose_proposal(Counting* header, Samples* samples, int64_t n, Counti
     """Set the proposal that wins, and its cycles; the smoothed scores are those in which it was found."""
     cdef Winner* winner
     cdef double spread, share, before
-    cdef int64_t k, width
-    # CHECK loop over WIDTHS
-    # CHECK power (_square(samples.smooth[k], n) / spread) ** SHARE_POWER: f8 ** f8
+    cdef int64_t attempt, k, width
     winner = &scratch.winner
     winner.covered, winner.count, winner.clear = 0.0, 0, 0
     spread = 1e-12
     for k in range(COMPONENTS):
         spread += _square(row_of_floats(samples.scores, k), n)
-    for width in WIDTHS:
+    for attempt in range(3):
+        width = (2 << attempt) - 1  # 1, 3, 7 samples over which scores are smoothed: what is uneven within a cycle is not its end
         smooth_scores(samples, n, width)
         for k in range(PROPOSING if width == 1 else SMOOTHED_PROPOSING):
             share = pow(_square(row_of_floats(samples.smooth, k), n) / spread, SHARE_POWER)
@@ -136,7 +121,7 @@ cdef void _choose_proposal(Counting* header, Samples* samples, int64_t n, Counti
             _propose(header, samples, (n, k, width, share), scratch)
             if winner.covered > before:
                 winner.width = width
-    if winner.count > 0 and winner.width != WIDTHS[-1]:
+    if winner.count > 0 and winner.width != 7:
         smooth_scores(samples, n, winner.width)
 
 
@@ -144,23 +129,21 @@ cdef void _propose(Counting* header, Samples* samples, (int64_t, int64_t, int64_
     """Let cycles of one component win if they cover more: with the hysteresis for the window, and for its last part.
 
     Args:
-        header: `HEADER` record.
+        header: `Counting`.
         samples: `Samples`.
         what: How many samples there are, the component, over how many it is smoothed, its share of the movement.
-        scratch: `SCRATCH` record.
+        scratch: `CountingScratch`.
     """
     cdef int64_t half, n, k, begin
-    cdef double _
     cdef Floats scores
     cdef float whole, swing
-    # CHECK numba gave _ the types float64, int64
-    n, k, _, _ = what
+    n, k = what[0], what[1]
     scores = row_of_floats(samples.smooth, k)
     whole = <float>0.0
     # One call for both: code that is read once a second takes longer to fetch than to run.
     for half in range(2 if n > RECENT else 1):
         begin = half * (n - RECENT)
-        swing = swing_range(part_of_floats(scores, begin, n), n - begin, scratch.counts)
+        swing = swing_range(part_of_floats(scores, begin, n), n - begin, ints32(scratch.counts, BINS))
         if swing <= 0 or swing < scratch.least:
             return
         if half == 0:
@@ -174,39 +157,40 @@ cdef void _propose_turns(Counting* header, Samples* samples, (int64_t, int64_t, 
     """Let cycles between turning points, begun at maxima and at minima, win if they cover more.
 
     Args:
-        header: `HEADER` record.
+        header: `Counting`.
         samples: `Samples`.
         what: See `_propose`.
-        scratch: `SCRATCH` record.
+        scratch: `CountingScratch`.
         least: Hysteresis.
     """
     cdef int64_t found, direction, n, k, width, count, span, way, left
     cdef double share, covered
     cdef Winner* winner
     cdef Floats scores
-    cdef Int32Rows kept
+    cdef Int32Rows turns, cycles, kept
     cdef bint halves, clear
-    # CHECK loop over (1, -1)
     n, k, width, share = what
     winner = &scratch.winner
     scores = row_of_floats(samples.smooth, k)
-    kept = scratch.kept
-    found = turning_points(scores, n, least, scratch.turns)
-    for direction in (1, -1):
-        count = cycles_between(scratch.turns, found, direction, n == header.open, scratch.cycles)
+    turns = in_cycles(&scratch.turns[0][0], 2)
+    cycles = in_cycles(&scratch.cycles[0][0], 3)
+    kept = in_cycles(&scratch.kept[0][0], 3)
+    found = turning_points(scores, n, least, turns)
+    for direction in range(1, -2, -2):  # at maxima, at minima
+        count = cycles_between(turns, found, direction, n == header.open, cycles)
         if count < 2:
             continue
         span = scratch.cycles[2][count - 1] - scratch.cycles[0][0]
         if span * share * MOST_PREFERRED <= winner.covered:
             continue  # it cannot win
-        describe_all(samples, k, scratch.cycles, count, scratch)
-        halves = alternation(scratch.cycles, count, scratch) > HALVES
+        describe_all(samples, k, cycles, count, scratch)
+        halves = alternation(cycles, count, scratch) > HALVES
         for way in range(3 if halves else 1):  # as they are; joined from the first; from the second
             if way == 0:
                 left = count
-                copy_cycles(scratch.cycles, count, kept)
+                copy_cycles(cycles, count, kept)
             else:
-                left = join_pairs(scores, scratch.cycles, count, way - 1, kept)
+                left = join_pairs(scores, cycles, count, way - 1, kept)
                 describe_all(samples, k, kept, left, scratch)
             left, covered, clear = keep_alike(scores, kept, left, scratch.alike)
             if left == 0 or width > 1 and duration(kept, left) < LEAST_WIDTHS * width * left:
@@ -217,7 +201,7 @@ cdef void _propose_turns(Counting* header, Samples* samples, (int64_t, int64_t, 
             covered *= _preference(header, samples, n, kept, left)
             if covered > winner.covered:
                 winner.covered, winner.count, winner.component, winner.clear = covered, left, k, <int64_t>clear
-                copy_cycles(kept, left, scratch.best)
+                copy_cycles(kept, left, in_cycles(&scratch.best[0][0], 3))
 
 
 cdef double _preference(Counting* header, Samples* samples, int64_t n, Int32Rows cycles, int64_t count) noexcept nogil:
@@ -234,7 +218,7 @@ cdef double _square(Floats row, int64_t n) noexcept nogil:
     cdef int64_t i
     total = 0.0
     for i in range(n):
-        total += <double>row.at[i] * <double>row.at[i]
+        total += row.at[i] * row.at[i]
     return total
 
 
@@ -250,7 +234,7 @@ cdef double _agreeing(Counting* header, int64_t n, Int32Rows cycles, int64_t cou
         slack = max(2.0, NEAR_BOUNDARY * (cycles.at[2 * cycles.columns + i] - cycles.at[i]))
         for q in range(header.cycles - 1, -1, -1):
             apart = cycles.at[i] + oldest - header.cycle[q].start
-            if abs(apart) <= slack:
+            if magnitude(apart) <= slack:
                 hits += 1
             if apart >= -slack:
                 break
@@ -261,22 +245,21 @@ cdef bint _renew(Counting* header, Samples* samples, int64_t n, CountingScratch*
     """Replace the counted cycles that the window shows anew; return whether anything changed."""
     cdef int64_t oldest, middle, i, component, before, q, start, end, missed, k, limit
     cdef double settled
+    cdef int64_t last
     cdef Int32Rows cycles
-    cdef Ints32 proposed
-    cdef Cycle* last, before_it, row
-    # CHECK sign (C truncates): q * (start - last) // missed; (q + 1) * (start - last) // missed; (proposed[0] + proposed[2]) // 2
-    # CHECK numba gave last the types CYCLE, int64
-    # CHECK slice cycles[:, i]
+    cdef int32_t* proposed
+    cdef Cycle* before_it
+    cdef Cycle* row
     component = scratch.winner.component
-    cycles = scratch.best
+    cycles = in_cycles(&scratch.best[0][0], 3)
     proposed = scratch.missed
     oldest = header.open - n
     settled = header.open - OPEN_TO_CHANGE * SAMPLES
     middle = 2 * (oldest + cycles.at[0])
     before, header.changed = header.cycles, -1
     while header.cycles > 0:
-        last = &header.cycle[header.cycles - 1]
-        if last.end <= settled or last.start + last.end <= middle:
+        row = &header.cycle[header.cycles - 1]
+        if row.end <= settled or row.start + row.end <= middle:
             break
         header.cycles -= 1
     for i in range(scratch.winner.count):
@@ -287,14 +270,14 @@ cdef bint _renew(Counting* header, Samples* samples, int64_t n, CountingScratch*
             last = before_it.end
             if start < last - OVERLAP * min(end - start, last - before_it.start):
                 continue
-            missed = _missed(row_of_floats(samples.smooth, component), SLICE("cycles[:, i]"), max(last - oldest, 0))
+            missed = _missed(row_of_floats(samples.smooth, component), cycles, i, max(last - oldest, 0))
         for q in range(missed + 1):
             for k in range(3):
-                proposed.at[k] = cycles.at[k * cycles.columns + i]
+                proposed[k] = cycles.at[k * cycles.columns + i]
             if q < missed:
-                proposed.at[0] = last - oldest + q * (start - last) // missed
-                proposed.at[2] = last - oldest + (q + 1) * (start - last) // missed
-                proposed.at[1] = (proposed.at[0] + proposed.at[2]) // 2
+                proposed[0] = last - oldest + q * (start - last) // missed
+                proposed[2] = last - oldest + (q + 1) * (start - last) // missed
+                proposed[1] = (proposed[0] + proposed[2]) // 2
             before = _counting_write(header, samples, component, proposed, oldest, before)
             row = &header.cycle[header.cycles - 1]
             if q < missed:  # what was not alike does not say when it is half way
@@ -314,13 +297,13 @@ cdef bint _renew(Counting* header, Samples* samples, int64_t n, CountingScratch*
     return header.changed >= 0
 
 
-cdef int64_t _counting_go_on(Counting* header, Samples* samples, (int64_t, int64_t, int64_t, int64_t) what, Ints32 cycle, int64_t before) noexcept nogil:
+cdef int64_t _counting_go_on(Counting* header, Samples* samples, (int64_t, int64_t, int64_t, int64_t) what, int32_t* cycle, int64_t before) noexcept nogil:
     """Append one repetition more if what was shown before the first cycle and after the last make up one.
 
     Cycles begin at an extreme, movements need not.
 
     Args:
-        header: `HEADER` record.
+        header: `Counting`.
         samples: `Samples`.
         what: How many samples there are, the number of the oldest, the component, the sample up to which to look.
         cycle: (3,) start, far extreme, end of the last cycle.
@@ -334,11 +317,11 @@ cdef int64_t _counting_go_on(Counting* header, Samples* samples, (int64_t, int64
     if lead < LEAST_LEAD:
         return before
     shown, last = goes_on(header, n, samples.smooth, cycle, 1, limit)
-    if lead + shown < WHOLE or last <= cycle.at[2]:
+    if lead + shown < WHOLE or last <= cycle[2]:
         return before
     row = &header.cycle[header.cycles - 1]
     straighter, resting, lasts = row.straighter, row.resting, row.out - row.leaves
-    cycle.at[0], cycle.at[1], cycle.at[2] = cycle.at[2], last, last
+    cycle[0], cycle[1], cycle[2] = cycle[2], last, last
     before = _counting_write(header, samples, component, cycle, oldest, before)
     row = &header.cycle[header.cycles - 1]
     row.straighter, row.resting = straighter, resting
@@ -346,25 +329,26 @@ cdef int64_t _counting_go_on(Counting* header, Samples* samples, (int64_t, int64
     return before
 
 
-cdef int64_t _missed(Floats scores, Ints32 cycle, int64_t begin) noexcept nogil:
-    """Return how many cycles were missed between an earlier one and this: the movement went on, but not alike."""
+cdef int64_t _missed(Floats scores, Int32Rows cycles, int64_t place, int64_t begin) noexcept nogil:
+    """Return how many cycles were missed between an earlier one and one of these: the movement went on, but not alike."""
+    cdef int32_t start = cycles.at[place], far = cycles.at[cycles.columns + place], end = cycles.at[2 * cycles.columns + place]
     cdef float low, high
     cdef int64_t i, gap, period
-    gap, period = cycle.at[0] - begin, cycle.at[2] - cycle.at[0]
+    gap, period = start - begin, end - start
     if gap < LEAST_GAP * period or gap > LONGEST_GAP * period:
         return 0
     low = high = scores.at[begin]
-    for i in range(begin, cycle.at[0]):
+    for i in range(begin, start):
         low, high = min(low, scores.at[i]), max(high, scores.at[i])
-    if high - low < <float>SWING_GOES_ON * abs(scores.at[cycle.at[1]] - scores.at[cycle.at[0]]):
+    if high - low < <float>SWING_GOES_ON * abs(scores.at[far] - scores.at[start]):
         return 0
     return <int64_t>(<double>gap / period + 0.5)
 
 
-cdef int64_t _counting_write(Counting* header, Samples* samples, int64_t component, Ints32 cycle, int64_t oldest, int64_t before) noexcept nogil:
+cdef int64_t _counting_write(Counting* header, Samples* samples, int64_t component, int32_t* cycle, int64_t oldest, int64_t before) noexcept nogil:
     """Append a counted cycle, with its number in the bout; return how many cycles there were before the analysis."""
-    cdef int64_t place, q, start, far, end, limit, _
-    cdef Cycle* row, last
+    cdef int64_t place, q, start, far, end, limit
+    cdef Cycle* row, *last
     cdef bint same
     if header.cycles == CYCLES:
         for q in range(CYCLES - 1):
@@ -373,11 +357,11 @@ cdef int64_t _counting_write(Counting* header, Samples* samples, int64_t compone
         header.cycles -= 1
         before -= 1
         header.changed = max(header.changed - 1, -1 if header.changed < 0 else 0)
-    start, far, end = oldest + cycle.at[0], oldest + cycle.at[1], oldest + cycle.at[2]
+    start, far, end = oldest + cycle[0], oldest + cycle[1], oldest + cycle[2]
     place = header.cycles
     header.cycles += 1
     row = &header.cycle[place]
-    same = place < before and abs(row.start - start) <= 1 and abs(row.end - end) <= 1
+    same = place < before and magnitude(row.start - start) <= 1 and magnitude(row.end - end) <= 1
     if not same and header.changed < 0:
         header.changed = place
     row.start, row.far, row.end = start, far, end
@@ -389,21 +373,20 @@ cdef int64_t _counting_write(Counting* header, Samples* samples, int64_t compone
             row.count, row.lead = last.count + 1, last.lead
     if row.count == 1:
         limit = 0 if place == 0 else max(header.cycle[place - 1].end - oldest, 0)
-        if limit < cycle.at[0]:
-            row.lead, _ = goes_on(header, header.open - oldest, samples.smooth, cycle, -1, limit)
+        if limit < cycle[0]:
+            row.lead = goes_on(header, header.open - oldest, samples.smooth, cycle, -1, limit)[0]
     return before
 
 
-cdef void _counting_measure(Counting* header, Samples* samples, int64_t component, Ints32 cycle, int64_t n, Cycle* row) noexcept nogil:
+cdef void _counting_measure(Counting* header, Samples* samples, int64_t component, int32_t* cycle, int64_t n, Cycle* row) noexcept nogil:
     """Set times, amplitude and the leading joint of a cycle of which the window holds at least the end."""
     cdef int64_t place, start, far
     cdef float swing
     cdef Floats scores, smooth
     cdef int32_t end
-    # CHECK ring_place is called with several kinds of arguments
     scores = row_of_floats(samples.scores, component)
     smooth = row_of_floats(samples.smooth, component)
-    start, far, end = max(cycle.at[0], 0), max(cycle.at[1], 0), cycle.at[2]
+    start, far, end = max(cycle[0], 0), max(cycle[1], 0), cycle[2]
     row.leaves = header.left[ring_place(header, n, start)]
     row.out = time_at(header, n, crossing(smooth, start, far, 0.5))
     place = ring_place(header, n, far)
@@ -412,7 +395,7 @@ cdef void _counting_measure(Counting* header, Samples* samples, int64_t componen
     row.returning = <int64_t>(end >= n - 2)
     row.arrives = header.at[ring_place(header, n, end)]
     swing = abs(scores.at[far] - <float>0.5 * (scores.at[start] + scores.at[end]))
-    row.amplitude = <double>swing / sqrt(<double>header.joints)
+    row.amplitude = swing / sqrt(<double>header.joints)
     row.joint = _leading_joint(header, row_of_floats(samples.axes, component))
 
 

@@ -22,21 +22,21 @@ cdef double LONGEST_REST = 30.0  # s; what was done before a longer one is not c
 
 
 cdef double next_wanted(double origin, double time) noexcept nogil:
-    """Return from when on the next frame is looked at after one that was: at `RATE`.
+    """Return from when on the next frame is looked at after one that was: at `MOST_RATE`.
 
     Args:
         origin: s, of the take.
         time: Of the frame, s.
     """
-    return origin + (floor((time - origin) * RATE + ROUNDING) + 1) / RATE - STAMP_ROUNDING
+    return origin + (floor((time - origin) * MOST_RATE + ROUNDING) + 1) / MOST_RATE - STAMP_ROUNDING
 
 
-cdef inline void take_frame(Counting* header, StoredSamples* samples, FloatRows position, double time) noexcept nogil:
+cdef inline void take_frame(Counting* header, Samples* samples, float* position, double time) noexcept nogil:
     """Process one frame of a take, if it is wanted; no analysis is due before it.
 
     Args:
-        header: `HEADER` record.
-        samples: `StoredSamples`.
+        header: `Counting`.
+        samples: `Samples`.
         position: (J, 3) float32, m, NaN where missing.
         time: s.
     """
@@ -46,12 +46,12 @@ cdef inline void take_frame(Counting* header, StoredSamples* samples, FloatRows 
         take_pose(header, samples, position, time)
 
 
-cdef void take_pose(Counting* header, StoredSamples* samples, FloatRows positions, double time) noexcept nogil:
+cdef void take_pose(Counting* header, Samples* samples, float* positions, double time) noexcept nogil:
     """Look at a frame; what is missing, or too far off to be true, stays where it was.
 
     Args:
-        header: `HEADER` record.
-        samples: `StoredSamples`.
+        header: `Counting`.
+        samples: `Samples`.
         positions: (J, 3) float32, m, NaN where missing.
         time: s.
     """
@@ -59,15 +59,14 @@ cdef void take_pose(Counting* header, StoredSamples* samples, FloatRows position
     cdef Floats pose
     cdef double since
     cdef float x, y, z, share, a, b, c
-    # CHECK append_sample is called with several kinds of arguments
     r = header.root
     pose = samples.pose
-    x, y, z = _sampling_place(positions.at[r * positions.columns + 0]), _sampling_place(positions.at[r * positions.columns + 1]), _sampling_place(positions.at[r * positions.columns + 2])
+    x, y, z = _sampling_place(positions[3 * r]), _sampling_place(positions[3 * r + 1]), _sampling_place(positions[3 * r + 2])
     if header.unseen > 0:
         _appear(header, samples, positions)
     for j in range(header.joints):
         k = 3 * j
-        a, b, c = _sampling_place(positions.at[j * positions.columns + 0]) - x, _sampling_place(positions.at[j * positions.columns + 1]) - y, _sampling_place(positions.at[j * positions.columns + 2]) - z
+        a, b, c = _sampling_place(positions[3 * j]) - x, _sampling_place(positions[3 * j + 1]) - y, _sampling_place(positions[3 * j + 2]) - z
         pose.at[k] = pose.at[k] if isnan(a) else a
         pose.at[k + 1] = pose.at[k + 1] if isnan(b) else b
         pose.at[k + 2] = pose.at[k + 2] if isnan(c) else c
@@ -100,14 +99,12 @@ cdef inline float _sampling_place(float coordinate) noexcept nogil:
     return coordinate if abs(coordinate) <= FARTHEST else NAN
 
 
-cdef void _sampling_follow(Counting* header, StoredSamples* samples) noexcept nogil:
+cdef void _sampling_follow(Counting* header, Samples* samples) noexcept nogil:
     """Let noise and samples follow the newest pose."""
     cdef Floats last, pose, before, older
     cdef float bend, way, moved, middle, apart, a, b, c, low, high, turn, went
     cdef int64_t k
     cdef double least, still, step, noise
-    # CHECK sign (C truncates): (header.open - 1) % SAMPLES
-    # CHECK append_sample is called with several kinds of arguments
     pose = samples.pose
     before = samples.before
     older = samples.older
@@ -124,7 +121,7 @@ cdef void _sampling_follow(Counting* header, StoredSamples* samples) noexcept no
         way += <float>0.0 if isnan(went) else went * went
         moved += <float>0.0 if isnan(apart) else apart * apart
     if header.frames > 1:
-        noise = <double>bend / 6.0
+        noise = bend / 6.0
         if noise < header.noise or bend > TURNS_BACK * way:
             header.noise += FOLLOWS * (noise - header.noise)
     least = LEAST_STEP * LEAST_STEP * header.size
@@ -146,7 +143,7 @@ cdef void _wander(Counting* header, double square, double least) noexcept nogil:
     """Make the step smaller if the pose goes out and back again and again, without a step.
 
     Args:
-        header: `HEADER` record.
+        header: `Counting`.
         square: m², how far it is from the last sample.
         least: m², the smallest step.
     """
@@ -166,25 +163,23 @@ cdef double _size(Counting* header, Floats pose) noexcept nogil:
     cdef int64_t c, n, j, seen
     cdef double total, mean, squares
     cdef float value
-    # CHECK sign (C truncates): pose.size // 3
     total, n = 0.0, pose.count // 3
     for c in range(3):
         mean, squares, seen = 0.0, 0.0, 0
         for j in range(n):
             value = <float>0.0 if j == header.root else pose.at[3 * j + c]
             if not isnan(value):
-                mean += <double>value
-                squares += squared(<double>value)
+                mean += value
+                squares += squared_float(value)
                 seen += 1
         if seen > 0:
             total += (squares - mean * mean / seen) * n / seen
     return total
 
 
-cdef void append_sample(Counting* header, StoredSamples* samples, Floats pose) noexcept nogil:
+cdef void append_sample(Counting* header, Samples* samples, Floats pose) noexcept nogil:
     """Put a pose into the ring, at the time of the middle frame."""
     cdef int64_t place, k, c
-    # CHECK sign (C truncates): header.open % SAMPLES; (header.open - 1) % SAMPLES
     place = header.open % SAMPLES
     if header.open > 0 and header.middle - header.left[(header.open - 1) % SAMPLES] > LONGEST_REST + STAMP_ROUNDING:
         header.first = header.open - 1
@@ -207,7 +202,7 @@ cdef inline int16_t _in_quanta(Counting* header, float coordinate) noexcept nogi
     return <int16_t>min(max(rintf(coordinate * header.per_quantum), -MOST_QUANTA), MOST_QUANTA)
 
 
-cdef void _appear(Counting* header, StoredSamples* samples, FloatRows positions) noexcept nogil:
+cdef void _appear(Counting* header, Samples* samples, float* positions) noexcept nogil:
     """Let coordinates that are seen for the first time have been there all along."""
     cdef int64_t j, c, k, i
     cdef bint own
@@ -216,8 +211,8 @@ cdef void _appear(Counting* header, StoredSamples* samples, FloatRows positions)
         for c in range(3):
             k = 3 * j + c
             own = j == header.root and header.travels == 1
-            value = _sampling_place(positions.at[j * positions.columns + c])
-            value -= <float>0.0 if own else _sampling_place(positions.at[header.root * positions.columns + c])
+            value = _sampling_place(positions[3 * j + c])
+            value -= <float>0.0 if own else _sampling_place(positions[3 * header.root + c])
             if isnan(value) or not isnan(samples.pose.at[k]):
                 continue
             header.unseen -= 1

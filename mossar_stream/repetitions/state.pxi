@@ -5,7 +5,7 @@ A sample is a pose that has moved far enough from the sample before (sampling.py
 may go far, has its own path in full.
 """
 
-cdef double RATE = 30.0  # Hz, of the frames that are looked at, at most
+cdef double MOST_RATE = 30.0  # Hz, of the frames that are looked at, at most
 cdef enum:
     SAMPLES = 120  # kept
     LEAST_SAMPLES = 8  # in a window that is analysed
@@ -23,11 +23,6 @@ cdef double LEAST_REACH = 8.0  # times the rms distance of joints from their cen
 cdef enum:
     POSTURES = 9  # that describe a cycle
     BINS = 64  # of histograms
-    LINE = 64  # bytes; what is analysed begins with one
-    PERIODS_AT = -(-HEADER.itemsize // LINE) * LINE  # where the periods begin, after the header,
-    SAMPLES_AT = PERIODS_AT + -(-PERIODS.itemsize // LINE) * LINE  # and the samples
-    ROOM_AT = -(-SCRATCH.itemsize // LINE) * LINE
-# CHECK tuple GIVEN = ('joints', 'root', 'travels', 'least', 'chains', 'chain')  # with the skeleton, for all takes
 
 cdef struct Cycle:
     int64_t start  # sample at which the cycle begins, counted from the start of the take
@@ -86,6 +81,13 @@ cdef struct Counting:
     Cycle cycle[32]
 
 
+cdef struct CountedCycle:
+    double begins
+    double ends
+    double period
+    int64_t count
+
+
 cdef struct Periods:  # what evidence reads of it: of the body's repetitions, in its row and in those of its limbs
     double origin  # as in `HEADER`, and so are the others
     int64_t analysed
@@ -116,8 +118,8 @@ cdef struct CountingScratch:
     Winner winner
 
 
-cdef struct StoredSamples:  # Views of what is kept of one performer; D = 3 · joints, float32 but for the samples.
-    ShortRows ring  # (D, SAMPLES) int16, samples in quanta, joints relative to the root; each line a ring buffer
+cdef struct Samples:  # of one performer; D = 3 · joints
+    ShortRows ring  # (D, SAMPLES) samples in quanta, joints relative to the root; each line a ring buffer
     FloatRows root  # (3, SAMPLES) m, the root of each sample: its own path, or 0; ring buffers as `ring`
     FloatRows axes  # (COMPONENTS, D), unit vectors
     Floats straight  # (SAMPLES,) how straight and upright limbs are, 0 to 2, ring buffer as `ring`
@@ -126,77 +128,88 @@ cdef struct StoredSamples:  # Views of what is kept of one performer; D = 3 · j
     Floats before  # (D,) m, pose of the frame before
     Floats rest_pose  # (D,) m, mean pose of the take's first `REST_POSE_FRAMES` frames
     Floats pose  # (D,) latest known, NaN before a joint was seen
-
-
-cdef struct Samples:  # What an analysis works with: what is stored, and arrays that performers share, because they are analysed one after the other.
-    ShortRows ring  # as in `StoredSamples`
-    FloatRows root
-    FloatRows axes
-    Floats straight
-    Floats last
-    Floats older
-    Floats before
-    Floats rest_pose
-    Floats pose
+    # What an analysis works in besides; performers share it, because they are analysed one after the other.
     FloatRows by_coordinate  # (D, SAMPLES), m, in the order of time
     FloatRows scores  # (COMPONENTS, SAMPLES), in the order of time
     FloatRows smooth  # (COMPONENTS, SAMPLES), means of neighbours of them
     Floats rest_pose_scores  # (COMPONENTS,) of the pose `rest_pose`, as `scores`
 
 
-# NOT COMPILED IN ANY RUN: stored_views
-# def stored_views(memory, joints):
-#     """Return the parts of a performer's array as `StoredSamples`; of no joints there are none."""
-#     d = 3 * joints
-#     n = SAMPLES if joints > 0 else 0
-#     at_root = 2 * d * SAMPLES
-#     at_axes = at_root + 4 * 3 * n
-#     at_straight = at_axes + 4 * COMPONENTS * d
-#     at_poses = at_straight + 4 * n
-#     return StoredSamples(
-#         part(memory, 0, np.int16, (d, SAMPLES)),
-#         part(memory, at_root, np.float32, (3, n)),
-#         part(memory, at_axes, np.float32, (COMPONENTS, d)),
-#         part(memory, at_straight, np.float32, (n,)),
-#         part(memory, at_poses, np.float32, (d,)),
-#         part(memory, at_poses + 4 * d, np.float32, (d,)),
-#         part(memory, at_poses + 8 * d, np.float32, (d,)),
-#         part(memory, at_poses + 12 * d, np.float32, (d,)),
-#         part(memory, at_poses + 16 * d, np.float32, (d,)),
-#     )
+cdef inline int64_t in_lines(int64_t size) noexcept nogil:
+    """Return a number of bytes, rounded up to whole lines of the cache."""
+    return (size + CACHE_LINE - 1) // CACHE_LINE * CACHE_LINE
 
 
-# NOT COMPILED IN ANY RUN: views
-# def views(memory, room, joints):
-#     """Return the parts of a performer's array and of the numbers of a store as `Samples`."""
-#     d = 3 * joints
-#     a = d * SAMPLES
-#     b = a + COMPONENTS * SAMPLES
-#     c = b + COMPONENTS * SAMPLES
-#     stored = stored_views(memory, joints)
-#     return Samples(
-#         stored.ring,
-#         stored.root,
-#         stored.axes,
-#         stored.straight,
-#         stored.last,
-#         stored.older,
-#         stored.before,
-#         stored.rest_pose,
-#         stored.pose,
-#         part(room, 0, np.float32, (d, SAMPLES)),
-#         part(room, 4 * a, np.float32, (COMPONENTS, SAMPLES)),
-#         part(room, 4 * b, np.float32, (COMPONENTS, SAMPLES)),
-#         part(room, 4 * c, np.float32, (COMPONENTS,)),
-#     )
+cdef inline int64_t periods_at() noexcept nogil:
+    """Return where, in what is counted of a performer, the periods begin, bytes: after the header,"""
+    return in_lines(sizeof(Counting))
 
 
-cdef void begin(Counting* header, StoredSamples* samples, double time) noexcept nogil:
+cdef inline int64_t samples_at() noexcept nogil:
+    """and the samples."""
+    return periods_at() + in_lines(sizeof(Periods))
+
+
+cdef int64_t samples_size(int64_t joints) noexcept nogil:
+    """Return the bytes of a performer's samples, with what is kept beside them."""
+    return 3 * joints * (2 * SAMPLES + 4 * (COMPONENTS + 5)) + 4 * 4 * SAMPLES
+
+
+cdef int64_t store_size(int64_t joints) noexcept nogil:
+    """Return the bytes in which an analysis works, for any performer of so many joints: `CountingScratch`, then numbers."""
+    return in_lines(sizeof(CountingScratch)) + 4 * (3 * joints * SAMPLES + COMPONENTS * (2 * SAMPLES + 1))
+
+
+cdef inline Samples stored_samples(uint8_t* memory, int64_t joints) noexcept nogil:
+    """Return where the samples of a performer lie, without what an analysis works in."""
+    cdef int64_t d = 3 * joints
+    cdef int64_t n = SAMPLES if joints > 0 else 0
+    cdef float* root = <float*>(memory + 2 * d * SAMPLES)
+    cdef float* axes = root + 3 * n
+    cdef float* straight = axes + COMPONENTS * d
+    cdef float* poses = straight + n
+    cdef Samples samples
+    samples.ring = shorts_in_rows(<int16_t*>memory, d, SAMPLES)
+    samples.root = floats_in_rows(root, 3, n)
+    samples.axes = floats_in_rows(axes, COMPONENTS, d)
+    samples.straight = floats(straight, n)
+    samples.last = floats(poses, d)
+    samples.older = floats(poses + d, d)
+    samples.before = floats(poses + 2 * d, d)
+    samples.rest_pose = floats(poses + 3 * d, d)
+    samples.pose = floats(poses + 4 * d, d)
+    return samples
+
+
+cdef inline Samples all_samples(uint8_t* memory, float* room, int64_t joints) noexcept nogil:
+    """Return where the samples of a performer lie, and what an analysis works in."""
+    cdef int64_t d = 3 * joints
+    cdef Samples samples = stored_samples(memory, joints)
+    samples.by_coordinate = floats_in_rows(room, d, SAMPLES)
+    samples.scores = floats_in_rows(room + d * SAMPLES, COMPONENTS, SAMPLES)
+    samples.smooth = floats_in_rows(room + (d + COMPONENTS) * SAMPLES, COMPONENTS, SAMPLES)
+    samples.rest_pose_scores = floats(room + (d + 2 * COMPONENTS) * SAMPLES, COMPONENTS)
+    return samples
+
+
+cdef inline Int32Rows in_cycles(int32_t* first, int64_t rows) noexcept nogil:
+    """Return rows of the scratch that hold numbers of samples."""
+    return ints32_in_rows(first, rows, SAMPLES)
+
+
+cdef inline void fill_floats(Floats span, float value) noexcept nogil:
+    """Set all numbers to a value."""
+    cdef int64_t i
+    for i in range(span.count):
+        span.at[i] = value
+
+
+cdef void begin(Counting* header, Samples* samples, double time) noexcept nogil:
     """Begin a take: forget everything but the skeleton.
 
     Args:
-        header: `HEADER` record.
-        samples: `StoredSamples`.
+        header: `Counting`.
+        samples: `Samples`.
         time: s, of the first frame.
     """
     header.begun = 1
@@ -207,9 +220,9 @@ cdef void begin(Counting* header, StoredSamples* samples, double time) noexcept 
     header.noise = header.size = header.step = header.wander = header.middle = 0.0
     note_analysis(header)
     header.quantum, header.per_quantum = SMALLEST_QUANTUM, 1.0 / SMALLEST_QUANTUM
-    rows_of_floats(samples.axes, 0, samples.axes.rows) = 0.0
-    from_floats(samples.rest_pose, 0) = 0.0
-    from_floats(samples.pose, 0) = NAN
+    fill_floats(floats(samples.axes.at, samples.axes.rows * samples.axes.columns), 0.0)
+    fill_floats(samples.rest_pose, 0.0)
+    fill_floats(samples.pose, NAN)
 
 
 cdef void forget_periods(Periods* periods) noexcept nogil:
@@ -217,13 +230,17 @@ cdef void forget_periods(Periods* periods) noexcept nogil:
     periods.clear = periods.cycles = periods.analysed = 0
 
 
-cdef void copy_periods(Periods* periods, Counting* counted) noexcept nogil:
-    """Set `PERIODS` to what is counted.
+cdef void copy_periods(Periods* periods, Periods* counted) noexcept nogil:
+    """Set what a limb knows of its body's repetitions."""
+    cdef int64_t q
+    periods.origin, periods.analysed = counted.origin, counted.analysed
+    periods.clear, periods.cycles = counted.clear, counted.cycles
+    for q in range(counted.cycles):
+        periods.cycle[q] = counted.cycle[q]
 
-    Args:
-        periods: `PERIODS` record.
-        counted: `HEADER` or `PERIODS` record.
-    """
+
+cdef void note_periods(Periods* periods, Counting* counted) noexcept nogil:
+    """Set what evidence reads of what is counted."""
     cdef int64_t q
     cdef CountedCycle* to
     cdef Cycle* cycle
@@ -248,5 +265,4 @@ cdef inline int64_t window_size(Counting* header) noexcept nogil:
 
 cdef inline int64_t ring_place(Counting* header, int64_t n, int64_t i) noexcept nogil:
     """Return where in the ring the i-th of the n samples in the window is."""
-    # CHECK sign (C truncates): (header.open - n + i) % SAMPLES
     return (header.open - n + i) % SAMPLES

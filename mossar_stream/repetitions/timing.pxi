@@ -8,16 +8,13 @@ cdef enum:
 cdef double LONGEST_SILENCE = 1.5
 cdef double LEAST_PERIOD = 0.1  # s
 cdef double NEARBY = 0.31622776601683794  # of a step, within which a pose stays that of a sample
-cdef enum:
-    LOWER = 0  # as numpy integers: a Python integer would make numba compile a version for each value
-    UPPER = 1
 
 
 cdef void time_cycles(Counting* header, int64_t first) noexcept nogil:
     """Set when the remembered repetitions begin and end, and their periods, s.
 
     Args:
-        header: `HEADER` record.
+        header: `Counting`.
         first: Place of the first of them that may have changed.
     """
     cdef int64_t place
@@ -42,14 +39,13 @@ cdef double _period(Counting* header, int64_t place) noexcept nogil:
     end, beyond = place, min(begin + INTERVALS, header.cycles - 1)
     while end < beyond and header.cycle[end + 1].count > 1:
         end += 1
-    return max(0.25 * (_ranked(header, begin, end, LOWER) + _ranked(header, begin, end, UPPER)), LEAST_PERIOD)
+    return max(0.25 * (_ranked(header, begin, end, 0) + _ranked(header, begin, end, 1)), LEAST_PERIOD)
 
 
 cdef double _ranked(Counting* header, int64_t begin, int64_t end, int64_t upper) noexcept nogil:
     """Return the lower or upper median of what passes between cycles, twice, s."""
     cdef int64_t count, rank, i, below, k
     cdef double passed, other
-    # CHECK sign (C truncates): (count - 1 + upper) // 2
     count = end - begin
     rank = (count - 1 + upper) // 2
     for i in range(count):
@@ -68,7 +64,7 @@ cdef double _passed(Counting* header, int64_t place) noexcept nogil:
 
     The first cycle of a bout may come out of another posture, and the last one may not be back yet.
     """
-    cdef Cycle* one, other
+    cdef Cycle* one, *other
     one = &header.cycle[place]
     other = &header.cycle[place + 1]
     if one.count == 1 and other.returning == 1:
@@ -82,7 +78,7 @@ cdef double _passed(Counting* header, int64_t place) noexcept nogil:
 
 cdef double _begin_of(Counting* header, int64_t place) noexcept nogil:
     """Return where a repetition begins; in a bout between passing half way back and half way out again."""
-    cdef Cycle* row, before
+    cdef Cycle* row, *before
     cdef double begin, earliest
     row = &header.cycle[place]
     if place > 0 and row.count > 1 and header.cycle[place - 1].turned == row.turned:
@@ -95,7 +91,7 @@ cdef double _begin_of(Counting* header, int64_t place) noexcept nogil:
 
 cdef double _end_of(Counting* header, int64_t place) noexcept nogil:
     """Return where a repetition ends."""
-    cdef Cycle* row, after
+    cdef Cycle* row, *after
     row = &header.cycle[place]
     if place + 1 < header.cycles and not row.turned:
         after = &header.cycle[place + 1]
@@ -119,7 +115,6 @@ cdef double time_at(Counting* header, int64_t n, double place) noexcept nogil:
     """Return when the pose was between two samples of the window of n, s since the take began."""
     cdef int64_t below, one
     cdef double share
-    # CHECK ring_place is called with several kinds of arguments
     below = <int64_t>place
     share = place - below
     one = ring_place(header, n, below)

@@ -16,14 +16,14 @@ cdef float swing_range(Floats scores, int64_t n, Ints32 counts) noexcept nogil:
     """
     cdef float low, high, width, place
     cdef int64_t i, below, passed, above
-    # CHECK numba gave passed the types int32, int64
     low = high = scores.at[0]
     for i in range(n):
         low = min(low, scores.at[i])
         high = max(high, scores.at[i])
     if not 0.0 < high - low < INFINITY:
         return <float>0.0
-    from_ints32(counts, 0) = 0
+    for i in range(counts.count):
+        counts.at[i] = 0
     width = (high - low) / <float>BINS
     for i in range(n):
         place = (scores.at[i] - low) / width
@@ -63,10 +63,10 @@ cdef int64_t turning_points(Floats scores, int64_t n, float least, Int32Rows tur
         if score < lowest:
             low, lowest = i, score
         if direction >= 0 and highest - score > least:
-            turns.at[found], turns.at[1 * turns.columns + found] = high, 1
+            turns.at[found], turns.at[turns.columns + found] = high, 1
             found, direction, low, lowest = found + 1, -1, i, score
         elif direction <= 0 and score - lowest > least:
-            turns.at[found], turns.at[1 * turns.columns + found] = low, -1
+            turns.at[found], turns.at[turns.columns + found] = low, -1
             found, direction, high, highest = found + 1, 1, i, score
     return _with_the_last(scores, turns, found, high if direction > 0 else low)
 
@@ -79,5 +79,5 @@ cdef int64_t _with_the_last(Floats scores, Int32Rows turns, int64_t found, int64
     last, before = turns.at[found - 1], turns.at[found - 2]
     if abs(scores.at[latest] - scores.at[last]) <= SWING_REACHED * abs(scores.at[last] - scores.at[before]):
         return found
-    turns.at[found], turns.at[1 * turns.columns + found] = latest, -turns.at[1 * turns.columns + (found - 1)]
+    turns.at[found], turns.at[turns.columns + found] = latest, -turns.at[turns.columns + (found - 1)]
     return found + 1

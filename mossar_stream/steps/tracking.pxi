@@ -90,8 +90,6 @@ cdef int64_t follow_feet(Bytes memory, Bytes _store, FloatRows positions, double
     """
     cdef Steps* own
     cdef int64_t happened, f
-    # CHECK call of part: part(memory, 0, STEPS, (1,))
-    # CHECK subscript part(memory, 0, STEPS, (1,))[0]
     own = part(memory, 0, STEPS, (1,))[0]
     if not isfinite(time):
         return 0
@@ -151,7 +149,6 @@ cdef bint _sample(Foot* foot, FloatRows positions, double time) noexcept nogil:
     cdef int64_t number, here, seen, d, k, before, joint
     cdef double speed
     cdef bint whole
-    # CHECK sign (C truncates): number % FOOT_RING; (number - 1) % FOOT_RING; before % FOOT_RING
     number = foot.count
     here = number % FOOT_RING
     seen = 0
@@ -211,7 +208,6 @@ cdef void _judge(Steps* own, int64_t f) noexcept nogil:
     cdef Foot* foot
     cdef int64_t number, here, d
     cdef double quiet, speed, middle
-    # CHECK sign (C truncates): number % FOOT_RING
     foot = &own.feet[f]
     number = foot.count - 1
     here = number % FOOT_RING
@@ -268,7 +264,6 @@ cdef void _tracking_leave(Steps* own, Foot* foot, double speed, double middle, d
     cdef bint is_step
     cdef double level
     cdef int64_t at, d
-    # CHECK sign (C truncates): (at - 1) % FOOT_RING
     is_step = foot.way >= own.way and foot.peak >= LEAST_PEAK / own.sensitivity
     if is_step and speed < 0.9 * foot.peak:
         level = max(LEAVES * foot.peak, quiet)
@@ -293,7 +288,6 @@ cdef void _land(Steps* own, int64_t f, Foot* foot, double speed, int64_t number,
     """Report that a foot came down, once it has stayed there for a moment."""
     cdef double level
     cdef int64_t d
-    # CHECK sign (C truncates): number % FOOT_RING
     level = max(LANDS * foot.peak, quiet)
     if speed > 1.6 * level:
         foot.rest = NAN
@@ -314,7 +308,6 @@ cdef double _crossing(Foot* foot, int64_t at, double level) noexcept nogil:
     """Return when the speed crossed a level between sample `at` and the one before, s."""
     cdef double share
     cdef int64_t b, a
-    # CHECK sign (C truncates): at % FOOT_RING; (at - 1) % FOOT_RING
     b, a = at % FOOT_RING, (at - 1) % FOOT_RING
     if at - 1 < foot.first or not isfinite(foot.speeds[a]) or foot.speeds[a] == foot.speeds[b]:
         return foot.middles[b]
@@ -326,7 +319,7 @@ cdef bint _hangs(Steps* own, int64_t f) noexcept nogil:
     """Return whether a foot that rests is too high above the other foot, or above where it stood, to be on the ground."""
     cdef double length, above_other, above_base, squares
     cdef int64_t d
-    cdef Foot* foot, other
+    cdef Foot* foot, *other
     foot = &own.feet[f]
     other = &own.feet[1 - f]
     length = sqrt(own.up[0] * own.up[0] + own.up[1] * own.up[1] + own.up[2] * own.up[2])

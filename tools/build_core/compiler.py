@@ -30,7 +30,6 @@ STRICT = [
     "-Wno-unused-parameter",
     "-Wno-missing-field-initializers",
     "-Wno-cast-function-type",
-    "-Wno-unused-function",
 ]
 # MSVC: no contraction of a * b + c either, and errno is its own affair.
 MICROSOFT = ["/O2", "/fp:precise"]
@@ -109,8 +108,7 @@ def flags_for(variant: str, command: str, *, is_strict: bool, is_sanitized: bool
     if not is_sanitized and "CFLAGS" not in os.environ:
         # Python's own flags have -g: ten times the size. CFLAGS=-g keeps lines for a profiler.
         flags.append("-g0")
-    if is_strict:
-        flags += STRICT
+    flags += STRICT if is_strict else ["-Wno-unused-function"]
     return flags + _level(variant, command)
 
 

@@ -48,7 +48,7 @@ def test_a_missing_core_names_the_command():
 
 
 def test_a_core_that_is_older_than_a_source_says_which(tmp_path, monkeypatch):
-    monkeypatch.setattr(choosing, "HOME", tmp_path / "core")
+    monkeypatch.setattr(choosing, "HOME", str(tmp_path / "core"))
     (tmp_path / "core").mkdir()
     assert choosing._changed("mossar core cc 00000000\n352441c2 core/core.pxi\n") is None  # a wheel
     (tmp_path / "core" / "core.pxi").write_bytes(b"abc")

@@ -1,0 +1,69 @@
+"""How the core is compiled: which compiler, which flags, what is out of date, and what is said where it cannot be."""
+
+import shutil
+import sysconfig
+
+import pytest
+
+from build_core import extensions, sources
+from build_core.compiler import commands, configured, flags_for
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no compiler")
+def test_the_system_s_compiler_is_taken(monkeypatch):
+    monkeypatch.delenv("CC", raising=False)
+    assert configured() == sysconfig.get_config_var("CC")
+
+
+def test_without_a_compiler_there_is_none(monkeypatch):
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr("sys.platform", "linux")
+    assert configured({}.get) is None
+
+
+def test_a_wish_that_is_not_there_is_said(monkeypatch):
+    monkeypatch.setenv("CC", "no-such-cc -m64")
+    with pytest.raises(SystemExit, match="CC=no-such-cc -m64: there is no such program"):
+        configured()
+
+
+def test_the_linker_is_the_compiler_with_the_options_of_python(monkeypatch):
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.setenv("CC", "sh -x")
+    monkeypatch.setattr(sysconfig, "get_config_var", {"LDSHARED": "gcc -shared -L/lib"}.get)
+    assert commands() == {"CC": "sh -x", "LDSHARED": "sh -x -shared -L/lib"}
+
+
+def test_no_extension_is_for_the_processor_of_this_machine(monkeypatch):
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.setattr("platform.machine", lambda: "x86_64")
+    flags = {"is_strict": False, "is_sanitized": False}
+    assert flags_for("baseline", "gcc", **flags)[-1] == "-march=x86-64"
+    assert flags_for("x86_64_v3", "gcc", **flags)[-1] == "-march=x86-64-v3"
+    assert flags_for("baseline", "/x/ziglang/zig cc", **flags)[-1] == "-mcpu=baseline"
+    assert flags_for("x86_64_v3", "/x/ziglang/zig cc", **flags)[-1] == "-mcpu=x86_64_v3"
+    assert flags_for("x86_64_v3", "", **flags) == ["/O2", "/fp:precise", "/arch:AVX2"]
+    monkeypatch.setattr("platform.machine", lambda: "aarch64")
+    assert not [flag for flag in flags_for("baseline", "gcc", **flags) if flag.startswith("-m")]
+    assert extensions.variants() == ["baseline"]
+
+
+def test_missing_headers_are_named(monkeypatch):
+    monkeypatch.setattr(sysconfig, "get_paths", lambda: {"include": "/nowhere"})
+    with pytest.raises(
+        SystemExit, match=r"^There is no .*Python\.h: install Python's headers \(python3-dev\), or a wheel\.$"
+    ):
+        extensions.build()
+
+
+def test_an_extension_is_out_of_date_when_a_source_or_the_recipe_has_changed(tmp_path, monkeypatch):
+    monkeypatch.setattr(sources, "PACKAGE", tmp_path)
+    (tmp_path / "a.pxi").write_text("1")
+    built = sources.built_from("cc", "-O3")
+    extension = tmp_path / "core.so"
+    assert not sources.is_built_from(extension, built)
+    extension.write_bytes(b"\0" + built.encode() + b"\n\0")
+    assert sources.is_built_from(extension, built)
+    assert not sources.is_built_from(extension, sources.built_from("cc", "-O2"))
+    (tmp_path / "b.h").write_text("2")
+    assert not sources.is_built_from(extension, sources.built_from("cc", "-O3"))
