@@ -92,38 +92,6 @@ def label_candidates(cnp.ndarray labels, cnp.ndarray notes, cnp.ndarray periods,
         (<int64_t*>cnp.PyArray_DATA(found))[i] = label_candidate(&own)
 
 
-def remerge_segments(cnp.ndarray measure, cnp.ndarray segments, cnp.ndarray strengths, cnp.ndarray removed):
-    """Run Algorithm 3 on K + 1 segments, without costs from earlier runs and without labels.
-
-    Args:
-        measure: (1,) Measure.
-        segments: (K + 1, slot) float64, closed.
-        strengths: (K,) float64, set to the strength of each key frame.
-        removed: (K,) int64, set to the key frames in the order of their removal.
-    """
-    cdef int64_t count = len(removed), size = cnp.PyArray_DIM(segments, 1)
-    cdef cnp.ndarray nodes = np.empty_like(segments), both = np.empty(size), costs = np.empty(count)
-    cdef cnp.ndarray bounds = np.arange(count + 2), labels = np.zeros(count, np.int64)
-    cdef cnp.ndarray integers = np.empty((6, count + 1), np.int64)
-    cdef int64_t* links = <int64_t*>cnp.PyArray_DATA(integers)
-    cdef Remerging own
-    integers[0] = np.arange(count + 1)
-    own.params = <Measure*>cnp.PyArray_DATA(measure)
-    own.segments = doubles_in_rows(doubles_at(segments), count + 1, size)
-    own.memo.at, own.memo.count = NULL, 0
-    own.places = ints(links, count + 1)
-    own.bounds = ints(<int64_t*>cnp.PyArray_DATA(bounds), count + 2)
-    own.nodes = doubles_in_rows(doubles_at(nodes), count + 1, size)
-    own.both = doubles(doubles_at(both), size)
-    own.before, own.after, own.node = links + count + 1, links + 2 * (count + 1), links + 3 * (count + 1)
-    own.waiting, own.last_waiting = links + 4 * (count + 1), links + 5 * (count + 1)
-    own.costs = doubles(doubles_at(costs), count)
-    own.strengths = doubles(doubles_at(strengths), count)
-    own.removed = ints(<int64_t*>cnp.PyArray_DATA(removed), count)
-    own.labels = ints(<int64_t*>cnp.PyArray_DATA(labels), count)
-    remerge(&own, count, 1.0)
-
-
 def advance_row(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray positions, cnp.ndarray times):
     """Process frames of a performer until something happens; return what, and how many were processed; see `advance`.
 
@@ -236,7 +204,6 @@ TESTED_CONSTANTS = {
     "EARLIER_IN_NOISE": EARLIER_IN_NOISE,
     "ENDS": ENDS,
     "FOLLOW": FOLLOW,
-    "FRONTIER_SLOTS": FRONTIER_SLOTS,
     "HAPPENED": HAPPENED,
     "INTERVAL": INTERVAL,
     "LEAST_EXTENT": LEAST_EXTENT,
@@ -270,7 +237,6 @@ TESTED_CONSTANTS = {
     "SPEED_SETTLING": SPEED_SETTLING,
     "SPLITTING": SPLITTING,
     "STEP": STEP,
-    "STEP_BEFORE": STEP_BEFORE,
     "TURNED_BACK": TURNED_BACK,
     "UNLABELLED": UNLABELLED,
     "VELOCITY_ALONE": VELOCITY_ALONE,

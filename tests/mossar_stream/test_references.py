@@ -19,9 +19,9 @@ IN_REPOSITORY = {
     path.name
     for folder in ("mossar_stream", "adapters", "tools", "tests", "docs", "examples")
     for path in (ROOT / folder).rglob("*")
-    if path.suffix in {".py", ".md", ".pxi", ".h"}
+    if path.suffix in {".py", ".pyi", ".md", ".pxi", ".h"}
 } | {path.name for path in ROOT.glob("*.md")}
-NAMED_FILE = re.compile(r"\b(?:[\w-]+/)*([\w-]+\.(?:py|md|pxi|h))\b")
+NAMED_FILE = re.compile(r"\b(?:[\w-]+/)*([\w-]+\.(?:pyi?|md|pxi|h))\b")
 IN_BACKTICKS = re.compile(r"`([A-Za-z_][\w.]*)`")
 
 
