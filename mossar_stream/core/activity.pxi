@@ -76,7 +76,7 @@ cdef inline void activity_follow_activity(
 
     Args:
         activity: Activity; `state.changed` is set where the state changes.
-        body: See joint_pages.py; the log speeds are those of the frame.
+        body: See joint_pages.pxi; the log speeds are those of the frame.
         speed: m/s, rms over the joints.
         noises: m/s, what the sensor's noise adds to it: at its quietest of late, and as it is now.
         moment: s, and whether nothing at all had moved before: a speed above the line then counts at once.

@@ -18,7 +18,7 @@ cdef void add_newcomers(
         joints: Joints.
         segment: OpenSegment.
         history: PoseHistory.
-        filtered: (6, filtered_joints) m and m/s, see one_euro.py.
+        filtered: (6, filtered_joints) m and m/s, see one_euro.pxi.
         rest: Log speed of a performer at rest.
     """
     cdef (float, float, float) center
@@ -52,7 +52,7 @@ cdef void resume(Joints* joints, PoseHistory* history, DoubleRows filtered) noex
     Args:
         joints: Joints; WORK is 1 for those that are back.
         history: PoseHistory.
-        filtered: (6, filtered_joints) m and m/s, see one_euro.py.
+        filtered: (6, filtered_joints) m and m/s, see one_euro.pxi.
     """
     cdef bint all_moved
     cdef (float, float, float) center

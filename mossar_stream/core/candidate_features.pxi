@@ -62,7 +62,7 @@ cdef void note_place(
         candidate: CANDIDATE.
         scales: SCALES.
         history: PoseHistory.
-        body: See joint_pages.py; the features are those of the last frame.
+        body: See joint_pages.pxi; the features are those of the last frame.
         time: s, reported time of the key frame.
         joints: How many can move relative to the centre.
     """

@@ -14,7 +14,7 @@ cdef inline void set_due_time(Window* w) noexcept nogil:
 
 
 cdef inline double label_delay(Plan* plan) noexcept nogil:
-    """Return how old a candidate is when it is judged, s: decided it is not earlier; see repetition_labels.py."""
+    """Return how old a candidate is when it is judged, s: decided it is not earlier; see repetition_labels.pxi."""
     return LABELLED_LATE if plan.labels_late == 1 else min(plan.hold, LABELLED_AFTER)
 
 

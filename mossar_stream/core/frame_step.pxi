@@ -252,7 +252,7 @@ cdef inline double _rms_displacement(Plan* plan, Floats body, double displacemen
 
     Args:
         plan: PLAN.
-        body: See joint_pages.py.
+        body: See joint_pages.pxi.
         displacement: m, the sum, scaled up where joints are missing.
     """
     cdef double path, squares

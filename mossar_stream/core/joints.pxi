@@ -7,7 +7,7 @@ displacements, which is what is computed here.
 Live joints come and go. A joint that is missing, or faster than `max_speed`, is held where it was for `max_gap`
 seconds; after that it is left out, and carried along by the centre, until it is back, without a displacement across
 the gap. One that was not seen in this take yet does not count at all (`LIVE` is 0, and its pose, too); nor does
-anybody while the root was not seen. `arrival.py` tells what happens when it is.
+anybody while the root was not seen. `arrival.pxi` tells what happens when it is.
 
 In the first frame of a take, a joint that is far from all others is missing: with the centroid as centre it would move
 everybody. From then on, every frame within reach bears out where a joint was; every outlier contradicts it. A place
@@ -49,7 +49,7 @@ cdef struct Joints:  # A performer's joints, as the functions below need them.
     Counters* counters  # COUNTERS
     Doubles seen  # (padded_joints,) s, when each joint was last there
     Ints32 tracked  # (padded_joints,) frames for where it was, less those against
-    Floats body  # see joint_pages.py
+    Floats body  # see joint_pages.pxi
 
 
 cdef void start_joints(Joints* joints, PositionSpan frame, double time) noexcept nogil:

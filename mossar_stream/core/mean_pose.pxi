@@ -7,7 +7,7 @@ cdef void start_mean(Floats body, int64_t joints, int64_t line) noexcept nogil:
     """Begin a mean with the pose of the last frame.
 
     Args:
-        body: See joint_pages.py.
+        body: See joint_pages.pxi.
         joints: J.
         line: Where x of the mean stands in a page; y and z follow.
     """

@@ -20,7 +20,7 @@ cdef struct OpenSegmentState:
     double last_time  # s, of the last frame, which is in no summary yet
     double last_weight  # s
     int64_t last_moving
-    double last_speed  # m/s, rms of the joints, see scales.py
+    double last_speed  # m/s, rms of the joints, see scales.pxi
 
 
 cdef struct OpenSegment:  # The open segment, as the functions below need it.
@@ -30,7 +30,7 @@ cdef struct OpenSegment:  # The open segment, as the functions below need it.
     Measure* params  # of the similarity measure
     Ints unused  # (slots,) stack of unused slots
     DoubleRows summaries  # (slots, slot)
-    Floats body  # see joint_pages.py
+    Floats body  # see joint_pages.pxi
     FloatRows pose  # (4, padded_joints), if the measure takes it
 
 

@@ -1,4 +1,4 @@
-"""Plan: sizes and settings of one performer, which do not change while frames come in; `Plan.prepare` of engine/plan.py sets them."""
+"""Plan: sizes and settings of one performer, which do not change while frames come in; `Plan.prepare` of plan.py sets them."""
 
 
 cdef struct Plan:  # what does not change while frames come in; `Plan.prepare` sets it

@@ -38,7 +38,7 @@ cdef struct PoseHistory:  # Poses of the last seconds, as the functions below ne
     History* state  # HISTORY
     MarkSpan marks  # (history_size,) MARK
     ShortPlanes poses  # (history_size, 3, padded_joints) 1/8192 m
-    Floats body  # see joint_pages.py
+    Floats body  # see joint_pages.pxi
 
 
 cdef void start_history(History* state) noexcept nogil:
@@ -55,7 +55,7 @@ cdef inline double keep_pose(
 
     Args:
         history: PoseHistory.
-        body: See joint_pages.py.
+        body: See joint_pages.pxi.
         frame: Number of the frame.
         time: s.
         weight: s since the frame before.
@@ -94,7 +94,7 @@ cdef inline double follow_speeds(PoseHistory* history, Floats body, double time,
 
     Args:
         history: PoseHistory.
-        body: See joint_pages.py.
+        body: See joint_pages.pxi.
         time: s, of this frame.
         offset: m/s, added before the logarithm.
 
@@ -120,7 +120,7 @@ cdef inline double measure_speeds(
 
     Args:
         history: PoseHistory.
-        body: See joint_pages.py.
+        body: See joint_pages.pxi.
         time: s, of this frame.
         pose: First of the three lines of a page where the pose stands.
         speed: Line where the speeds are to stand.

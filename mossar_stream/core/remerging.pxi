@@ -61,7 +61,7 @@ cdef struct Remerging:  # What one run of Algorithm 3 works on, for K key frames
     Doubles costs  # (K,) scratch for the costs of the merges
     Doubles strengths  # (K,) set to the strength of each key frame
     Ints removed  # (K,) set to the key frames in the order in which they are removed
-    Ints labels  # (K,) on whether each ends a repetition, see repetition_labels.py
+    Ints labels  # (K,) on whether each ends a repetition, see repetition_labels.pxi
 
 
 cdef void remerge(Remerging* run, int64_t count, double tempo) noexcept nogil:

@@ -11,7 +11,7 @@ cdef enum:
 
 
 cdef struct Places:  # where the arrays of a row begin, bytes from its start
-    int64_t body  # positions and displacements of the joints, see joint_pages.py
+    int64_t body  # positions and displacements of the joints, see joint_pages.pxi
     int64_t seen  # (padded_joints,) s, when each joint was last there; -inf if never
     int64_t tracked  # (padded_joints,) frames that bear out where each joint is, see joints.py
     int64_t filtered  # (6, padded_joints) m and m/s, One-Euro filter

@@ -19,7 +19,7 @@ from mossar_stream.repetitions.state import samples_bytes
 PLAN, ROW = RECORDS["Plan"], RECORDS["Row"]
 # A row's arrays: (name, dtype). Sizes are given by `region_sizes`.
 REGIONS: tuple[tuple[str, str], ...] = (
-    ("body", "f4"),  # positions and displacements of the joints, see joint_pages.py
+    ("body", "f4"),  # positions and displacements of the joints, see joint_pages.pxi
     ("seen", "f8"),  # (padded_joints,) s, when each joint was last there; -inf if never
     ("tracked", "i4"),  # (padded_joints,) frames that bear out where each joint is, see joints.py
     ("filtered", "f8"),  # (6, padded_joints) m and m/s, One-Euro filter

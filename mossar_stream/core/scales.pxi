@@ -61,7 +61,7 @@ cdef inline void follow_poses(Scales* scales, Floats body, int64_t joints, doubl
 
     Args:
         scales: SCALES.
-        body: See joint_pages.py.
+        body: See joint_pages.pxi.
         joints: How many can move relative to the centre.
         dt: s.
     """

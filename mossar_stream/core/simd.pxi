@@ -1,7 +1,7 @@
 # Declarations of simd.h: sums and products over many joints, in an order that no compiler changes.
 #
 # Arrays are given as a pointer to their first number; positions, lengths and columns count numbers. Nothing is checked.
-# A page is one of the body's (memory/joint_pages.py); `line` is the place of a line in it, such as STEP.
+# A page is one of the body's (joint_pages.pxi); `line` is the place of a line in it, such as STEP.
 
 from libc.stdint cimport int16_t, int64_t
 

@@ -24,7 +24,7 @@ cdef void start_tempo(Tempo* tempo, int64_t joints, int64_t moving, Floats body)
         tempo: TEMPO.
         joints: J.
         moving: How many of them can move relative to the centre.
-        body: See joint_pages.py.
+        body: See joint_pages.pxi.
     """
     start_mean(body, joints, MEAN_X)
     tempo.spread = moving * PRIOR_TIME * squared(PRIOR_PACE_SPEED * ORDINARY_PACE)
@@ -36,7 +36,7 @@ cdef inline void follow_speed(Tempo* tempo, Floats body, double dt) noexcept nog
 
     Args:
         tempo: TEMPO.
-        body: See joint_pages.py.
+        body: See joint_pages.pxi.
         dt: s since the last frame.
     """
     cdef double squares

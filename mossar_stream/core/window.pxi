@@ -50,7 +50,7 @@ cdef struct Key:
     int64_t at_frame  # reported frame
     double at_time  # s
     int64_t reported  # whether it was reported as confirmed
-    int64_t label  # on whether it ends a repetition, see repetition_labels.py
+    int64_t label  # on whether it ends a repetition, see repetition_labels.pxi
 
 
 cdef struct KeySpan:
@@ -58,7 +58,7 @@ cdef struct KeySpan:
     int64_t count
 
 
-cdef struct Scratch:  # Arrays to work in, shared by all performers of a plan; see remerging.py.
+cdef struct Scratch:  # Arrays to work in, shared by all performers of a plan; see remerging.pxi.
     DoubleRows summaries  # (W + SPARE_SUMMARIES, slot)
     FloatRows pose  # (4, padded_joints)
     Ints places  # (W + 4,)
@@ -359,7 +359,7 @@ cdef inline void window_describe(
         event: To be filled in.
         has_previous: Whether there is a segment before.
         status: Index into SEGMENT_STATUSES.
-        bounds: Identities of the boundaries as in remerging.py: where the previous segment begins, the one between
+        bounds: Identities of the boundaries as in remerging.pxi: where the previous segment begins, the one between
             the two, and where the segment ends.
     """
     cdef Doubles own, both, previous
