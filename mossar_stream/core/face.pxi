@@ -74,7 +74,6 @@ cdef dict _records():
     cdef Key key
     cdef Mark mark
     cdef Memo memo
-    cdef Bout bout
     cdef Note note
     cdef Event event
     cdef Station station
@@ -92,7 +91,7 @@ cdef dict _records():
         "Key": np.asarray(<Key[:1]>&key).dtype,
         "Mark": np.asarray(<Mark[:1]>&mark).dtype,
         "Memo": np.asarray(<Memo[:1]>&memo).dtype,
-        "Bout": np.asarray(<Bout[:1]>&bout).dtype,
+        "Bout": np.dtype([("begin", "f8"), ("end", "f8")]),  # to Cython two doubles are a complex number
         "Note": np.asarray(<Note[:1]>&note).dtype,
         "Event": np.asarray(<Event[:1]>&event).dtype,
         "Station": np.asarray(<Station[:1]>&station).dtype,
