@@ -1,6 +1,6 @@
 """Segment graph: what the paper's path kernel sees of a segment (paper 2.2.1).
 
-Vertices are the joints, each with its Temporal Pyramid Covariance (`pyramid.py`). Edges are the N joint pairs
+Vertices are the joints, each with its Temporal Pyramid Covariance (`pyramid.pxi`). Edges are the N joint pairs
 whose distance d changes most, by the relative range of joint relative distance
 
     RRJRD = (max d - min d) / mean d
