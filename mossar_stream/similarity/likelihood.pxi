@@ -14,7 +14,7 @@ cdef float LEAST_DISTANCE = 1e-12
 cdef float LEAST_SQUARE = 1e-24
 
 cdef enum:
-    MOST_VARIANCES = 24 * 8  # that are multiplied before a logarithm is taken
+    MOST_VARIANCES = 192  # that are multiplied before a logarithm is taken: 24 in each place of `variance_product`
 
 
 cdef struct Likelihood:
@@ -169,7 +169,7 @@ cdef double _presence(Likelihood* params, const double* squares, int64_t count) 
 cdef double _log_sum(
     const double* sums, const double* squares, int64_t count, double duration, double floor_of_variance
 ) noexcept nogil:
-    """Σ log(σ² + floor_of_variance): one logarithm for a product of up to 192 variances, 24 in each of `FACTORS`.
+    """Σ log(σ² + floor_of_variance): one logarithm for a product of up to 192 variances, 24 in each of its 8 places.
 
     No such product overflows: a variance lies between the least floor, 1e-12, and 1e10 m². The product of all would;
     the exponents are therefore added up apart.
