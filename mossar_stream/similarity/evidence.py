@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from mossar_stream.core import kernels
 from mossar_stream.core.kernels import FEATURES, PATH
 from mossar_stream.settings import ResolvedSettings
-from mossar_stream.similarity.sums import set_sums, sums_end
 from mossar_stream.similarity.summary import Traits
+from mossar_stream.similarity.sums import set_sums, sums_end
 
 
 class Weights(NamedTuple):

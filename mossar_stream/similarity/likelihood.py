@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from mossar_stream.core.kernels import PATH
 from mossar_stream.settings import ResolvedSettings
-from mossar_stream.similarity.sums import set_sums, sums_end
 from mossar_stream.similarity.summary import Traits
+from mossar_stream.similarity.sums import set_sums, sums_end
 
 MOST_DISTANCES = 120  # about as many joint pairs as carry information; more only cost time
 

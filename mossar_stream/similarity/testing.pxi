@@ -123,3 +123,34 @@ def blocks_elimination_order(near, cnp.ndarray order):
     for v in range(block.count):
         block.near[v] = <uint64_t><int64_t>near[v]
     return elimination_order(&block, <int64_t*>cnp.PyArray_DATA(order))
+
+
+def similarity_remerge(
+    cnp.ndarray params, cnp.ndarray segments, cnp.ndarray bounds, cnp.ndarray costs, cnp.ndarray strengths,
+    cnp.ndarray removed,
+):
+    """Run Algorithm 3 on K key frames with an empty memo and no cycle anywhere.
+
+    Args:
+        params: (1,) MEASURE.
+        segments: (K + 1, slot) float64 summaries, closed.
+        bounds: (K + 2,) int64.
+        costs: (K,) float64, set.
+        strengths: (K,) float64, set.
+        removed: (K,) int64, set.
+    """
+    cdef int64_t count = cnp.PyArray_DIM(bounds, 0) - 2
+    cdef cnp.ndarray integers = np.zeros((7, count + 1), np.int64)
+    cdef cnp.ndarray nodes = np.empty_like(segments), both = np.empty(segments.shape[1])
+    cdef IntRows rows = ints_in_rows(<int64_t*>cnp.PyArray_DATA(integers), 7, count + 1)
+    cdef Remerging run
+    integers[0] = range(count + 1)
+    memset(&run, 0, sizeof(run))
+    run.params, run.segments = measure_of(params), double_rows_of(segments)
+    run.nodes, run.both = double_rows_of(nodes), doubles_of(both)
+    run.places, run.bounds = row_of_ints(rows, 0), ints(<int64_t*>cnp.PyArray_DATA(bounds), count + 2)
+    run.before, run.after, run.node = row_of_ints(rows, 1).at, row_of_ints(rows, 2).at, row_of_ints(rows, 3).at
+    run.waiting, run.last_waiting = row_of_ints(rows, 4).at, row_of_ints(rows, 5).at
+    run.costs, run.strengths = doubles_of(costs), doubles_of(strengths)
+    run.removed, run.labels = ints(<int64_t*>cnp.PyArray_DATA(removed), count), row_of_ints(rows, 6)
+    remerge(&run, count, 1.0)
