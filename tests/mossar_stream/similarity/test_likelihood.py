@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from mossar_stream.core._testing import (
     similarity_add_frame,
     similarity_close,
@@ -13,7 +14,6 @@ from mossar_stream.core._testing import (
     similarity_merge_into,
 )
 from mossar_stream.core._testing import similarity_strength as merge_cost
-
 from mossar_stream.core.kernels import DURATION, FRAMES, PAGE, PAGE_SIZE, PATH, POSE_X, STEP_BEFORE, TERM
 from mossar_stream.core.row import body_size, pad
 from mossar_stream.settings import Features, Settings

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from mossar_stream.core._testing import similarity_strength as strength
 
+from mossar_stream.core._testing import similarity_strength as strength
 from mossar_stream.core.kernels import DURATION
 from mossar_stream.core.row import pad
 from mossar_stream.settings import Settings

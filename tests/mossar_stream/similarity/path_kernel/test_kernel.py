@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from checks.reference import algorithms as reference
+from checks.reference import path_kernel as path_reference
 from mossar_stream.core._testing import similarity_add_frame, similarity_strength
 from mossar_stream.core._testing import similarity_add_pose as add_pose
 from mossar_stream.core._testing import similarity_close as close
 from mossar_stream.core._testing import similarity_merge_into as merge_into
 from mossar_stream.core._testing import similarity_remerge as remerge
 from mossar_stream.core._testing import similarity_similarity as alike
-
-from checks.reference import algorithms as reference
-from checks.reference import path_kernel as path_reference
 from mossar_stream.core.kernels import (
     DURATION,
     FRAMES,

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from checks.reference import path_kernel as path_reference
 from mossar_stream.core._testing import (
     blocks_depth_first_sum,
     blocks_elimination_order,
@@ -15,8 +17,6 @@ from mossar_stream.core._testing import (
     blocks_subset_sum,
     blocks_sum,
 )
-
-from checks.reference import path_kernel as path_reference
 from mossar_stream.core.kernels import FRONTIER_SLOTS, MOST_EDGES, sum_of_paths
 
 WEIGHT = st.one_of(st.just(0.0), st.floats(1e-3, 2.0))
