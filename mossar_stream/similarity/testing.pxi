@@ -1,59 +1,62 @@
-# Kernels of the similarity, for their tests; arrays as in face.pxi, `params` a MEASURE, summaries (slot,) float64.
+"""Kernels of the similarity as tests call them, with arrays as in face.pxi."""
 
 
-cdef FloatRows float_rows_of(object array):
-    return floats_in_rows(<float*>memory_of(array), array.shape[0], array.shape[1])
+cdef inline FloatRows float_rows_of(cnp.ndarray rows):
+    return floats_in_rows(<float*>cnp.PyArray_DATA(rows), rows.shape[0], rows.shape[1])
 
 
-cdef Floats floats_of(object array):
-    return floats(<float*>memory_of(array), array.shape[0])
+cdef inline Floats floats_of(cnp.ndarray line):
+    return floats(<float*>cnp.PyArray_DATA(line), line.shape[0])
 
 
-def similarity_add_frame(params, summary, body, pose, int64_t joints, double time, double weight, int64_t moving, double speed):
-    cdef SummaryFrame frame = SummaryFrame(floats_of(body), float_rows_of(pose), joints, time, weight, moving, speed)
-    add_frame(<Measure*>memory_of(params), doubles_of(summary), &frame)
+def similarity_add_frame(
+    params, summary, body, pose, int64_t joints, double time, double weight, int64_t moving, double speed
+):
+    cdef SummaryFrame frame
+    frame = SummaryFrame(floats_of(body), float_rows_of(pose), joints, time, weight, moving, speed)
+    add_frame(measure_of(params), doubles_of(summary), &frame)
 
 
 def similarity_flush_sums(params, summary, body, int64_t padded_joints):
-    flush_sums(<Measure*>memory_of(params), doubles_of(summary), floats_of(body), padded_joints)
+    flush_sums(measure_of(params), doubles_of(summary), floats_of(body), padded_joints)
 
 
 def similarity_add_pose(params, summary, pose, int64_t joints, double time, double weight):
-    add_pose(<Measure*>memory_of(params), doubles_of(summary), float_rows_of(pose), joints, time, weight)
+    add_pose(measure_of(params), doubles_of(summary), float_rows_of(pose), joints, time, weight)
 
 
 def similarity_add_joint(params, summary, pose, int64_t joints, int64_t j):
-    add_joint(<Measure*>memory_of(params), doubles_of(summary), float_rows_of(pose), joints, j)
+    add_joint(measure_of(params), doubles_of(summary), float_rows_of(pose), joints, j)
 
 
 def similarity_merge_into(params, target, other):
-    merge_into(<Measure*>memory_of(params), doubles_of(target), doubles_of(other))
+    merge_into(measure_of(params), doubles_of(target), doubles_of(other))
 
 
 def similarity_close(params, summary):
-    close(<Measure*>memory_of(params), doubles_of(summary))
+    close(measure_of(params), doubles_of(summary))
 
 
 def similarity_strength(params, left, right, both):
-    return strength(<Measure*>memory_of(params), doubles_of(left), doubles_of(right), doubles_of(both))
+    return strength(measure_of(params), doubles_of(left), doubles_of(right), doubles_of(both))
 
 
 def similarity_merge_cost(params, left, right, both):
-    return merge_cost(<Measure*>memory_of(params), doubles_of(left), doubles_of(right), doubles_of(both))
+    return merge_cost(measure_of(params), doubles_of(left), doubles_of(right), doubles_of(both))
 
 
 def similarity_similarity(params, double cost, left, right):
-    return similarity(<Measure*>memory_of(params), cost, doubles_of(left), doubles_of(right))
+    return similarity(measure_of(params), cost, doubles_of(left), doubles_of(right))
 
 
 def similarity_write_features(params, summary, features):
     """Write `Features`, given as a sequence in the order of the struct."""
     cdef Features own
     own.speed, own.rest_distance, own.extent, own.usual_speed, own.tempo, own.noise, own.joints = features
-    write_features(<Measure*>memory_of(params), doubles_of(summary), own)
+    write_features(measure_of(params), doubles_of(summary), own)
 
 
-cdef Block block_of(object near, object link, object inner, object ends):
+cdef Block block_of(near, cnp.ndarray link, inner, ends):
     """Return a block of numpy arrays."""
     cdef Block block
     cdef int64_t v, n = len(near)
@@ -62,7 +65,7 @@ cdef Block block_of(object near, object link, object inner, object ends):
     block.count = n
     for v in range(n):
         block.near[v], block.inner[v], block.ends[v] = <uint64_t><int64_t>near[v], inner[v], ends[v]
-    memcpy(block.link, memory_of(link), n * n * sizeof(double))
+    memcpy(block.link, cnp.PyArray_DATA(link), n * n * sizeof(double))
     return block
 
 
@@ -105,19 +108,51 @@ def blocks_groups_of_twins(near, link, inner, ends):
     return twins.count
 
 
-def blocks_frontier_sum(near, link, inner, ends, order):
+def blocks_frontier_sum(near, link, inner, ends, cnp.ndarray order):
     cdef Block block = block_of(near, link, inner, ends)
     cdef BlockSum found
-    if not frontier_sum(&block, <int64_t*>memory_of(order), &found):
+    if not frontier_sum(&block, <int64_t*>cnp.PyArray_DATA(order), &found):
         raise MemoryError
     return found.total, found.down
 
 
-def blocks_elimination_order(near, order):
+def blocks_elimination_order(near, cnp.ndarray order):
     """Set the order of settling; return its cost and the width of its frontier."""
     cdef Block block
     cdef int64_t v
     block.count = len(near)
     for v in range(block.count):
         block.near[v] = <uint64_t><int64_t>near[v]
-    return elimination_order(&block, <int64_t*>memory_of(order))
+    return elimination_order(&block, <int64_t*>cnp.PyArray_DATA(order))
+
+
+def similarity_remerge(
+    cnp.ndarray params, cnp.ndarray segments, cnp.ndarray bounds, cnp.ndarray costs, cnp.ndarray strengths,
+    cnp.ndarray removed,
+):
+    """Run Algorithm 3 on K key frames with an empty memo and no cycle anywhere.
+
+    Args:
+        params: (1,) MEASURE.
+        segments: (K + 1, slot) float64 summaries, closed.
+        bounds: (K + 2,) int64.
+        costs: (K,) float64, set.
+        strengths: (K,) float64, set.
+        removed: (K,) int64, set.
+    """
+    cdef int64_t count = bounds.shape[0] - 2
+    cdef cnp.ndarray integers = np.zeros((7, count + 1), np.int64)
+    cdef cnp.ndarray nodes = np.empty_like(segments), both = np.empty(segments.shape[1])
+    cdef IntRows rows = ints_in_rows(<int64_t*>cnp.PyArray_DATA(integers), 7, count + 1)
+    cdef Remerging run
+    integers[0] = range(count + 1)
+    memset(&run, 0, sizeof(run))
+    run.params, run.segments = measure_of(params), double_rows_of(segments)
+    run.nodes, run.both = double_rows_of(nodes), doubles_of(both)
+    run.places, run.bounds = row_of_ints(rows, 0), ints(<int64_t*>cnp.PyArray_DATA(bounds), count + 2)
+    run.before, run.after = row_of_ints(rows, 1).at, row_of_ints(rows, 2).at
+    run.node, run.waiting = row_of_ints(rows, 3).at, row_of_ints(rows, 4).at
+    run.last_waiting = row_of_ints(rows, 5).at
+    run.costs, run.strengths = doubles_of(costs), doubles_of(strengths)
+    run.removed, run.labels = ints(<int64_t*>cnp.PyArray_DATA(removed), count), row_of_ints(rows, 6)
+    remerge(&run, count, 1.0)

@@ -7,12 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mossar_stream.jit.decorators import entry_point
-from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, POSE_X, STEP_BEFORE, pad, place
+from mossar_stream.core._testing import (
+    similarity_add_frame,
+    similarity_close,
+    similarity_flush_sums,
+    similarity_merge_into,
+)
+from mossar_stream.core._testing import similarity_strength as merge_cost
+from mossar_stream.core.kernels import DURATION, FRAMES, PAGE, PAGE_SIZE, PATH, POSE_X, STEP_BEFORE, TERM
+from mossar_stream.core.row import body_size, pad
 from mossar_stream.settings import Features, Settings
-from mossar_stream.similarity import protocol as similarity
-from mossar_stream.similarity.likelihood import make_params, slot_size
-from mossar_stream.similarity.summary import DURATION, FRAMES, PATH, TERM, SummaryFrame
+from mossar_stream.similarity.protocol import make_params, slot_size
 
 FEATURES = [
     {"positions": 1.0},
@@ -23,30 +28,27 @@ FEATURES = [
 ]
 
 
-@entry_point
 def summarise(params, slot, poses, steps, joints, weights):
-    body = np.zeros((joints // PAGE + 1) * PAGE_SIZE, np.float32)
-    padded_joints = poses.shape[2]
-    for i in range(len(poses)):
-        for j in range(joints):
-            body[place(j) + STEP_BEFORE] = steps[i, j]
+    body = np.zeros(body_size(joints), np.float32)
+    pages = body.reshape(-1, PAGE_SIZE)
+    for pose, step, weight in zip(poses, steps, weights, strict=True):
+        for first in range(0, joints, PAGE):
+            part = slice(first, min(first + PAGE, joints))
             for axis in range(4):
-                body[place(j) + POSE_X + axis * PAGE] = poses[i, axis, j]
-        frame = SummaryFrame(body, poses[i], joints, 0.0, weights[i], 1, 0.0)
-        similarity.add_frame(params[0], slot, frame)
-    similarity.flush_sums(params[0], slot, body, padded_joints)
-    similarity.close(params[0], slot)
+                set_line(pages[first // PAGE], POSE_X + axis * PAGE, pose[axis, part])
+            set_line(pages[first // PAGE], STEP_BEFORE, step[part])
+        similarity_add_frame(params, slot, body, pose, joints, 0.0, weight, 1, 0.0)
+    similarity_flush_sums(params, slot, body, poses.shape[2])
+    similarity_close(params, slot)
 
 
-@entry_point
+def set_line(page, line, values):
+    page[line : line + len(values)] = values
+
+
 def merge(params, target, other):
-    similarity.merge_into(params[0], target, other)
-    similarity.close(params[0], target)
-
-
-@entry_point
-def merge_cost(params, left, right, both):
-    return similarity.strength(params[0], left, right, both)
+    similarity_merge_into(params, target, other)
+    similarity_close(params, target)
 
 
 class Segment:
@@ -56,9 +58,10 @@ class Segment:
         rng = np.random.default_rng(seed)
         padded_joints = pad(joints)
         self.settings = Settings(
-            level="posture", features=Features(**features), short_segment=short
+            level="posture", similarity="likelihood", features=Features(**features), short_segment=short
         ).resolved()
         self.params = make_params(self.settings, joints, padded_joints, 0)
+        self.slot = slot_size(self.settings, self.params)
         self.joints, self.poses = joints, np.zeros((frames, 4, padded_joints), np.float32)
         self.poses[:, :, :joints] = rng.normal(rng.normal(0, 1, (1, 4, joints)), 0.1, (frames, 4, joints))
         self.poses[:, :3, 0] = 0  # the root
@@ -68,7 +71,7 @@ class Segment:
 
     def summary(self, begin=0, end=None):
         part = slice(begin, end)
-        slot = np.zeros(slot_size(self.params))
+        slot = np.zeros(self.slot)
         summarise(self.params, slot, self.poses[part], self.steps[part], self.joints, self.weights[part])
         return slot
 
@@ -76,7 +79,8 @@ class Segment:
         """Return values (n, D), weight per dimension and floor of every feature group."""
         s, others = self.settings, np.arange(1, self.joints)
         p = self.poses[:, :3, : self.joints].transpose(0, 2, 1)
-        count, stride = int(self.params["offsets"][0]), int(self.params["stride"][0])
+        own = self.params["likelihood"][0]
+        count, stride = int(own["offsets"]), int(own["stride"])
         pairs = [(i, (i + 1 + k * stride) % self.joints) for k in range(count) for i in range(self.joints)]
         a, b = np.array(pairs or [(0, 0)]).T
         distances = np.linalg.norm(p[:, a] - p[:, b], axis=2)
@@ -103,7 +107,7 @@ class Segment:
 def test_the_cost_of_a_merge_is_that_of_the_definition(features, seed, joints, frames, data):
     middle = data.draw(st.integers(1, frames - 1))
     segment = Segment(seed, frames, joints, features)
-    both = np.zeros(slot_size(segment.params))
+    both = np.zeros(segment.slot)
     found = merge_cost(segment.params, segment.summary(0, middle), segment.summary(middle), both)
     assert found == pytest.approx(segment.cost(middle), abs=1e-4, rel=1e-4)
     assert found >= 0
@@ -141,7 +145,7 @@ def test_a_side_shorter_than_short_segment_weighs_less():
 
 def test_a_segment_that_lasts_no_time_says_nothing():
     segment = Segment(2, 10, 4, {"positions": 1.0})
-    nothing = np.zeros(slot_size(segment.params))
+    nothing = np.zeros(segment.slot)
     assert merge_cost(segment.params, nothing, segment.summary(), nothing.copy()) == 0
     segment.weights[:] = 0
     assert segment.summary()[TERM] == 0

@@ -1,13 +1,13 @@
-"""Summaries that come from outside are worked on only if no kernel can hang on them."""
+"""Summaries that come from outside are worked on only if the core cannot hang on them."""
 
 import numpy as np
 import pytest
 
-from mossar_stream.jit.decorators import entry_point
-from mossar_stream.memory.joint_pages import pad
+from mossar_stream.core._testing import similarity_strength as strength
+from mossar_stream.core.kernels import DURATION
+from mossar_stream.core.row import pad
 from mossar_stream.settings import Settings
 from mossar_stream.similarity import protocol as similarity
-from mossar_stream.similarity.summary import DURATION
 
 MEASURES = [
     {"similarity": "likelihood"},
@@ -15,11 +15,6 @@ MEASURES = [
     {"similarity": "path_kernel", "location": "none", "kernel_form": "normalised", "layers": 3},
 ]
 JOINTS = 5
-
-
-@entry_point
-def strength(params, left, right, both):
-    return similarity.strength(params[0], left, right, both)
 
 
 def summaries(chosen, count=3):
@@ -57,6 +52,6 @@ def test_a_segment_that_lasts_no_time_says_nothing(chosen, duration):
 @pytest.mark.parametrize("clock", [(0, 5, 5), (0, -1, -1), (3, 0, 0)])
 def test_with_one_layer_there_is_no_clock_that_could_never_meet_another(clock):
     settings, params, slots = summaries(MEASURES[1])
-    at = int(params["clock_at"][0])
+    at = int(params["path_kernel"]["clock_at"][0])
     slots[1, at : at + 3] = clock
     assert not similarity.are_sound(settings, params, slots)

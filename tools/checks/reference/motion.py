@@ -19,16 +19,16 @@ from checks.reference.algorithms import localise
 from checks.reference.motion_velocity import SIG_THRESHOLD, velocity
 from mossar_stream.algorithm import candidate_features, mean_pose, pose_history, repetition_labels, scales
 from mossar_stream.algorithm.pose_history import MARGIN
+from mossar_stream.core import kernels
 from mossar_stream.repetitions.alike import LONGEST_RATIO
 from mossar_stream.repetitions.state import ANALYSIS_INTERVAL
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
-from mossar_stream.similarity import evidence
 from mossar_stream.similarity.evidence import WEIGHTS, Weights
 from mossar_stream.skeleton import Skeleton
 
 HOLD = 1.4  # s until a key frame is decided
 CAPACITY = 20  # undecided key frames
-CERTAIN = math.log(2.0**evidence.CERTAIN - 1.0)  # log odds of a key frame that ends a repetition
+CERTAIN = math.log(2.0**kernels.CERTAIN - 1.0)  # log odds of a key frame that ends a repetition
 MAX_SPEED, MAX_GAP = 15.0, 0.25  # m/s, s; settings
 Array = NDArray[np.float64]
 
@@ -111,14 +111,14 @@ class Motion:
         if min(durations[k] - durations[begin], durations[end] - durations[k]) <= 0.0:
             return None
         peak = min(self.speed[begin:k].max(), self.speed[k:end].max())
-        if peak < evidence.PEAK_ABOVE_NOISE * candidate.noise:
+        if peak < kernels.PEAK_ABOVE_NOISE * candidate.noise:
             return None
-        floor = (evidence.POSE_FLOOR * candidate.extent) ** 2
+        floor = (kernels.POSE_FLOOR * candidate.extent) ** 2
         change = self._terms(begin, end, floor) - self._terms(begin, k, floor) - self._terms(k, end, floor)
         change /= self.moving_joints * candidate.tempo
-        pose, speed = np.minimum(change, evidence.MOST_CHANGE / candidate.tempo)
-        least = evidence.SPEED_FLOOR_OF_ODDS * usual
-        stop = min(evidence.MOST_PROMINENT, np.log((peak + least) / (candidate.speed + least)))
+        pose, speed = np.minimum(change, kernels.MOST_CHANGE / candidate.tempo)
+        least = kernels.SPEED_FLOOR_OF_ODDS * usual
+        stop = min(kernels.MOST_PROMINENT, np.log((peak + least) / (candidate.speed + least)))
         rest = np.log((candidate.speed + least) / (2.0 * usual))
         return [float(kind) for kind in (pose, speed, stop, rest, -candidate.rest_distance)]
 
@@ -127,7 +127,7 @@ class Motion:
         time, pose, pose_squares, speed, speed_squares = (total[end] - total[begin] for total in self.sums)
         variance = np.maximum(pose_squares / time - (pose / time) ** 2, 0.0).mean(axis=1)
         of_speed = np.maximum(speed_squares / time - (speed / time) ** 2, 0.0)
-        terms = np.log(variance + floor).sum(), np.log(of_speed + evidence.SPEED_FLOOR).sum()
+        terms = np.log(variance + floor).sum(), np.log(of_speed + kernels.SPEED_FLOOR).sum()
         return time * np.array(terms)  # type: ignore[no-any-return]
 
     def final(self, weights: Weights = WEIGHTS) -> list[int]:
@@ -223,7 +223,7 @@ class Motion:
             c = self.candidates[other]
             slowness = WEIGHTS.stop - WEIGHTS.rest
             unlike = WEIGHTS.rest_distance * c.rest_distance + slowness * np.log(
-                c.speed / c.usual + evidence.SPEED_FLOOR_OF_ODDS
+                c.speed / c.usual + kernels.SPEED_FLOOR_OF_ODDS
             )
             return float(
                 unlike + repetition_labels.OFF_BOUND * _off_bound(counted, self._reported(other)) / period

@@ -2,7 +2,7 @@
 
 Nothing here is quick or incremental. A segment is all its frames; every path that two graphs share is visited,
 "walks in each of which all vertices are distinct" (section 2.2.2), those of length zero included. What the paper
-leaves open is decided as in `graph.py`, `pyramid.py` and `kernel.py`.
+leaves open is decided as in `graph.pxi`, `pyramid.pxi` and `kernel.pxi`.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,10 +13,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.core.kernels import AT_REST, BIN_RATE, COINCIDENT, PRECISION, STILL
 from mossar_stream.settings import KernelForm
-from mossar_stream.similarity.path_kernel.graph import COINCIDENT, PRECISION, STILL
-from mossar_stream.similarity.path_kernel.kernel import AT_REST, DECAY, DIAGONAL
-from mossar_stream.similarity.path_kernel.pyramid import BIN_RATE, MOST_BINS
+from mossar_stream.similarity.path_kernel.kernel import DECAY, DIAGONAL, MOST_BINS
 
 Edge = tuple[int, int]
 

@@ -13,9 +13,7 @@ from checks.reference.algorithms import localise
 from checks.reference.path_kernel import SegmentGraph, segment_graph
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import Settings, segment_recording
-from mossar_stream.jit.decorators import entry_point
-from mossar_stream.similarity.path_kernel import path_sum as kernels
-from mossar_stream.similarity.path_kernel.kernel import AT_REST
+from mossar_stream.core.kernels import AT_REST, sum_of_paths
 from mossar_tools.bench.measurement import Measurement
 from mossar_tools.bench.work import Work
 
@@ -31,17 +29,6 @@ class Pair(NamedTuple):
     vertices: NDArray[np.float64]  # (J,)
     edges: NDArray[np.int64]  # (E, 2)
     ratios: NDArray[np.float64]  # (E,)
-
-
-@entry_point
-def sum_again(
-    vertices: NDArray[np.float64], edges: NDArray[np.int64], ratios: NDArray[np.float64], turns: int
-) -> float:
-    """Return the sum of `kernels.path_sum` after computing it `turns` times."""
-    total = 0.0
-    for _ in range(turns):
-        total = kernels.path_sum(vertices, edges, ratios)
-    return total
 
 
 def measure(work: Work) -> Iterator[Measurement]:
@@ -70,24 +57,24 @@ def _compared(count: int, pairs: Sequence[Pair]) -> Iterator[Measurement]:
 
 def _exact(pair: Pair) -> float:
     """Return what one exact sum takes, us."""
-    sum_again(*pair, 1)
+    sum_of_paths(*pair, 1)
     began = time.perf_counter()
-    sum_again(*pair, 1)
+    sum_of_paths(*pair, 1)
     turns = max(1, min(TURNS, int(2e-3 / max(time.perf_counter() - began, 1e-6))))
     began = time.perf_counter()
-    sum_again(*pair, turns)
+    sum_of_paths(*pair, turns)
     return (time.perf_counter() - began) / turns * 1e6
 
 
 def _visited(pair: Pair) -> tuple[float, float]:
     """Return what a visit of every path takes, us, and how many there are."""
-    paths = sum_again((pair.vertices > 0).astype(np.float64), pair.edges, np.ones(len(pair.edges)), 1)
+    paths = sum_of_paths((pair.vertices > 0).astype(np.float64), pair.edges, np.ones(len(pair.edges)), 1)
     edges = [(int(u), int(v)) for u, v in pair.edges]
     part = len(edges)
     reached = paths
     while reached > VISITED:  # fewer edges, so that it ends
         part -= 1
-        reached = sum_again((pair.vertices > 0).astype(np.float64), pair.edges[:part], np.ones(part), 1)
+        reached = sum_of_paths((pair.vertices > 0).astype(np.float64), pair.edges[:part], np.ones(part), 1)
     began = time.perf_counter()
     path_reference.path_sum(pair.vertices.tolist(), edges[:part], pair.ratios[:part].tolist())
     return (time.perf_counter() - began) * 1e6 * paths / reached, paths

@@ -9,71 +9,55 @@ from hypothesis import strategies as st
 
 from checks.reference import algorithms as reference
 from checks.reference import path_kernel as path_reference
-from mossar_stream.algorithm import remerging
+from mossar_stream.core._testing import similarity_add_frame, similarity_strength
+from mossar_stream.core._testing import similarity_add_pose as add_pose
+from mossar_stream.core._testing import similarity_close as close
+from mossar_stream.core._testing import similarity_merge_into as merge_into
+from mossar_stream.core._testing import similarity_remerge as remerge
+from mossar_stream.core._testing import similarity_similarity as alike
+from mossar_stream.core.kernels import (
+    DURATION,
+    FRAMES,
+    MOVING_FRAMES,
+    PAGE,
+    PAGE_SIZE,
+    PATH,
+    STEP_BEFORE,
+    TERM,
+)
+from mossar_stream.core.row import body_size, pad
 from mossar_stream.errors import SettingsError
-from mossar_stream.jit.decorators import entry_point
-from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, STEP_BEFORE, pad, place
 from mossar_stream.settings import Settings
-from mossar_stream.similarity import protocol as similarity
-from mossar_stream.similarity.path_kernel import kernel as path_kernel
-from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING_FRAMES, PATH, TERM, SummaryFrame
+from mossar_stream.similarity import protocol
 
 FORMS = ("damped", "normalised", "sum")
 STEP = 1.0 / 64.0
 
 
-@entry_point
 def add_frame(params, slot, pose, step, joints, time, weight, moving):
-    body = np.zeros((joints // PAGE + 1) * PAGE_SIZE, np.float32)
-    for j in range(joints):
-        body[place(j) + STEP_BEFORE] = step[j]
-    frame = SummaryFrame(body, pose, joints, time, weight, moving, 0.0)
-    similarity.add_frame(params[0], slot, frame)
+    body = np.zeros(body_size(joints), np.float32)
+    each = np.arange(joints)
+    body[each // PAGE * PAGE_SIZE + each % PAGE + STEP_BEFORE] = step[:joints]
+    similarity_add_frame(params, slot, body, pose, joints, time, weight, moving, 0.0)
 
 
-@entry_point
-def add_pose(params, slot, pose, joints, time, weight):
-    similarity.add_pose(params[0], slot, pose, joints, time, weight)
-
-
-@entry_point
-def merge_into(params, target, other):
-    similarity.merge_into(params[0], target, other)
-
-
-@entry_point
-def close(params, slot):
-    similarity.close(params[0], slot)
-
-
-@entry_point
 def strength(params, left, right):
-    return similarity.strength(params[0], left, right, left)
-
-
-@entry_point
-def alike(params, cost, left, right):
-    return similarity.similarity(params[0], cost, left, right)
-
-
-@entry_point
-def remerge(params, segments, bounds, costs, integers, removed):
-    count = len(bounds) - 2
-    memo = np.zeros(0, remerging.MEMO)
-    places, links = integers[0], integers[1:]
-    nodes, both = np.empty_like(segments), np.empty(segments.shape[1])
-    labels = np.zeros(count, np.int64)  # no cycle anywhere
-    run = remerging.Remerging(
-        params[0], segments, memo, places, bounds, nodes, both, links, costs[0], costs[1], removed, labels
-    )
-    remerging.remerge(run, count, 1.0)
+    return similarity_strength(params, left, right, left)
 
 
 def make_params(joints, *, form="damped", edges=20, layers=1):
     chosen = Settings(
         similarity="path_kernel", kernel_form=form, edges=edges, layers=layers, location="none"
     ).resolved()
-    return path_kernel.make_params(chosen, joints, pad(joints), 0)
+    return protocol.make_params(chosen, joints, pad(joints), 0)
+
+
+def own(params):
+    return params["path_kernel"][0]
+
+
+def slot_size(params):
+    return int(own(params)["size"])
 
 
 def times_of(positions, start=0.0):
@@ -81,8 +65,8 @@ def times_of(positions, start=0.0):
 
 
 def summary(params, positions, times, weight=STEP):
-    slot = np.zeros(path_kernel.slot_size(params))
-    padded_joints = int(params["padded_joints"][0])
+    slot = np.zeros(slot_size(params))
+    padded_joints = int(own(params)["padded_joints"])
     joints = positions.shape[1]
     pose, step = np.zeros((4, padded_joints), np.float32), np.zeros(padded_joints)
     step[:joints] = 0.01
@@ -102,13 +86,13 @@ def graph_of(params, positions, times):
     weights = np.full(len(positions), STEP)
     positions = positions.astype(np.float32).astype(float)  # as a sensor gives them
     return path_reference.segment_graph(
-        positions, times, weights, int(params["edges"][0]), int(params["layers"][0])
+        positions, times, weights, int(own(params)["edges"]), int(own(params)["layers"])
     )
 
 
 def stored_graph(params, slot):
     """Return what a closed summary holds, in the oracle's form."""
-    p = params[0]
+    p = own(params)
     at = int(p["covariances_at"])
     covariances = slot[at : at + p["joints"] * p["covariance"]].reshape(p["joints"], -1)
     at = int(p["edges_at"])
@@ -130,7 +114,7 @@ def check_graph(params, slot, positions, times):
     expected = graph_of(params, positions, times)
     elements = np.tile([1.0, 0.0, 0.0, 1.0, 0.0, 1.0], covariances.shape[1] // 6)
     np.testing.assert_allclose(
-        covariances - params["diagonal"][0] * elements, expected.covariances, rtol=1e-9, atol=1e-12
+        covariances - own(params)["diagonal"] * elements, expected.covariances, rtol=1e-9, atol=1e-12
     )
     assert set(edges) == set(expected.edges)
     for pair, value in edges.items():
@@ -303,7 +287,7 @@ def test_pairs_that_tie_are_chosen_in_the_same_order_whatever_the_merges():
 def test_held_poses_count_by_the_time_they_stand_for():
     params = make_params(4)
     poses = wander(2, 2, 4)
-    held, repeated = np.zeros(path_kernel.slot_size(params)), np.zeros(path_kernel.slot_size(params))
+    held, repeated = np.zeros(slot_size(params)), np.zeros(slot_size(params))
     pose = np.zeros((4, 8), np.float32)
     for frame, count in zip(poses, (3, 1), strict=True):
         pose[:3, :4] = frame.T
@@ -319,16 +303,15 @@ def test_held_poses_count_by_the_time_they_stand_for():
 def test_free_location_is_refused():
     chosen = Settings(similarity="path_kernel", location="free").resolved()
     with pytest.raises(SettingsError, match="location=free"):
-        path_kernel.make_params(chosen, 4, 8, 0)
+        protocol.make_params(chosen, 4, 8, 0)
 
 
 def hierarchy_of(params, positions, times, bounds):
     """Run Algorithm 3 on summaries made frame by frame; return the key frames as they are removed, with their strengths."""
     count = len(bounds) - 2
     segments = np.stack([closed(params, positions[a:b], times[a:b]) for a, b in pairwise(bounds)])
-    integers = np.tile(np.arange(count + 1), (6, 1))
     costs, removed = np.zeros((2, count)), np.zeros(count, np.int64)
-    remerge(params, segments, np.arange(count + 2), costs, integers, removed)
+    remerge(params, segments, np.arange(count + 2), costs[0], costs[1], removed)
     return [(bounds[1 + k], costs[1, k]) for k in removed]
 
 

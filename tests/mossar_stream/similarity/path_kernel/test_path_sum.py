@@ -9,12 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from checks.reference import path_kernel as path_reference
-from mossar_stream.jit.decorators import entry_point
-from mossar_stream.similarity.path_kernel import blocks as path_blocks
-from mossar_stream.similarity.path_kernel import frontier as path_frontier
-from mossar_stream.similarity.path_kernel import path_sum as kernels
-from mossar_stream.similarity.path_kernel.frontier import FRONTIER_SLOTS
-from mossar_stream.similarity.path_kernel.path_sum import MOST_EDGES
+from mossar_stream.core._testing import (
+    blocks_depth_first_sum,
+    blocks_elimination_order,
+    blocks_frontier_sum,
+    blocks_groups_of_twins,
+    blocks_subset_sum,
+    blocks_sum,
+)
+from mossar_stream.core.kernels import FRONTIER_SLOTS, MOST_EDGES, sum_of_paths
 
 WEIGHT = st.one_of(st.just(0.0), st.floats(1e-3, 2.0))
 
@@ -24,44 +27,6 @@ class Block(NamedTuple):
     link: np.ndarray
     inner: np.ndarray
     ends: np.ndarray
-
-
-@entry_point
-def path_sum(vertex_weights, edges, edge_weights):
-    return kernels.path_sum(vertex_weights, edges, edge_weights)
-
-
-@entry_point
-def block_sum(near, link, inner, ends):
-    return kernels.block_sum(near, link, inner, ends)
-
-
-@entry_point
-def depth_first_sum(near, link, inner, ends):
-    return path_blocks.depth_first_sum(near, link, inner, ends)
-
-
-@entry_point
-def subset_sum(near, link, inner, ends):
-    twins = np.empty((4, len(near)), np.int64)
-    count, _ = path_blocks.find_twins(near, link, inner, ends, twins)
-    return path_blocks.subset_sum(link, inner, ends, twins, count)
-
-
-@entry_point
-def groups_of_twins(near, link, inner, ends):
-    twins = np.empty((4, len(near)), np.int64)
-    return path_blocks.find_twins(near, link, inner, ends, twins)[0]
-
-
-@entry_point
-def frontier_sum(near, link, inner, ends, order):
-    return path_frontier.frontier_sum(near, link, inner, ends, order)
-
-
-@entry_point
-def elimination_order(near, order):
-    return path_frontier.elimination_order(near, order)
 
 
 def complete(n):
@@ -105,12 +70,12 @@ def whole_block(rng, vertices, edges):
 
 
 def frontier_in_any_order(near, link, inner, ends):
-    return frontier_sum(near, link, inner, ends, np.random.default_rng(0).permutation(len(near)))
+    return blocks_frontier_sum(near, link, inner, ends, np.random.default_rng(0).permutation(len(near)))
 
 
 def check_by_brute_force(vertex_weights, edges, edge_weights):
     expected = path_reference.path_sum(vertex_weights.tolist(), edges, edge_weights.tolist())
-    assert path_sum(vertex_weights, as_array(edges), edge_weights) == pytest.approx(expected, rel=1e-12)
+    assert sum_of_paths(vertex_weights, as_array(edges), edge_weights) == pytest.approx(expected, rel=1e-12)
 
 
 @st.composite
@@ -171,7 +136,7 @@ def test_counts_the_paths_of_complete_graphs(vertices):
     between = sum(np.prod(np.arange(vertices - 1 - k, vertices - 1)) for k in range(vertices - 1))
     expected = vertices * (vertices - 1) // 2 * between + vertices
     edges = as_array(complete(vertices))
-    assert path_sum(np.ones(vertices), edges, np.ones(len(edges))) == expected
+    assert sum_of_paths(np.ones(vertices), edges, np.ones(len(edges))) == expected
 
 
 def test_two_complete_graphs_sharing_a_vertex():
@@ -180,7 +145,9 @@ def test_two_complete_graphs_sharing_a_vertex():
     check_by_brute_force(*with_edges(weights(rng, 11, edges), edges))
 
 
-@pytest.mark.parametrize("method", [depth_first_sum, subset_sum, frontier_in_any_order, block_sum])
+@pytest.mark.parametrize(
+    "method", [blocks_depth_first_sum, blocks_subset_sum, frontier_in_any_order, blocks_sum]
+)
 @pytest.mark.parametrize("seed", range(12))
 def test_each_block_method_equals_brute_force(method, seed):
     rng = np.random.default_rng(seed)
@@ -210,10 +177,10 @@ def brute_block_sum(block, edges, ends):
 def test_methods_agree_on_dense_graphs_of_twelve_vertices(seed, edge_count):
     rng = np.random.default_rng(seed)
     block = whole_block(rng, 12, random_edges(rng, 12, edge_count))
-    expected = depth_first_sum(*block)
-    assert subset_sum(*block) == pytest.approx(expected, rel=1e-11)
+    expected = blocks_depth_first_sum(*block)
+    assert blocks_subset_sum(*block) == pytest.approx(expected, rel=1e-11)
     assert frontier_in_any_order(*block) == pytest.approx(expected, rel=1e-11)
-    assert block_sum(*block) == pytest.approx(expected, rel=1e-11)
+    assert blocks_sum(*block) == pytest.approx(expected, rel=1e-11)
 
 
 @pytest.mark.parametrize(
@@ -221,10 +188,10 @@ def test_methods_agree_on_dense_graphs_of_twelve_vertices(seed, edge_count):
 )
 def test_frontier_equals_depth_first_on_large_blocks(vertices, edges):
     block = whole_block(np.random.default_rng(vertices), vertices, edges)
-    assert block_sum(*block) == pytest.approx(depth_first_sum(*block), rel=1e-11)
+    assert blocks_sum(*block) == pytest.approx(blocks_depth_first_sum(*block), rel=1e-11)
     order = np.random.default_rng(1).permutation(vertices)
     if vertices == 18:  # a bad order may cost time, never exactness
-        assert frontier_sum(*block, order) == pytest.approx(depth_first_sum(*block), rel=1e-11)
+        assert blocks_frontier_sum(*block, order) == pytest.approx(blocks_depth_first_sum(*block), rel=1e-11)
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -234,7 +201,7 @@ def test_frontier_equals_subsets_on_random_graphs_of_45_edges(seed):
     block = whole_block(rng, vertices, [*cycle(vertices), *extra_edges(rng, vertices, 45 - vertices)])
     order = np.empty(vertices, np.int64)
     assert elimination_width(block, order) <= FRONTIER_SLOTS
-    assert frontier_sum(*block, order) == pytest.approx(subset_sum(*block), rel=1e-11)
+    assert blocks_frontier_sum(*block, order) == pytest.approx(blocks_subset_sum(*block), rel=1e-11)
 
 
 def extra_edges(rng, vertices, count):
@@ -243,7 +210,7 @@ def extra_edges(rng, vertices, count):
 
 
 def elimination_width(block, order):
-    return elimination_order(block.near, order)[1]
+    return blocks_elimination_order(block.near, order)[1]
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -254,20 +221,22 @@ def test_the_numbering_of_vertices_and_edges_does_not_matter(seed):
     name, turn = rng.permutation(20), rng.permutation(40)
     renamed = np.empty(20)
     renamed[name] = vertex_weights
-    again = path_sum(renamed, np.ascontiguousarray(name[as_array(edges)][turn][:, ::-1]), edge_weights[turn])
-    assert again == pytest.approx(path_sum(vertex_weights, as_array(edges), edge_weights), rel=1e-11)
+    again = sum_of_paths(
+        renamed, np.ascontiguousarray(name[as_array(edges)][turn][:, ::-1]), edge_weights[turn]
+    )
+    assert again == pytest.approx(sum_of_paths(vertex_weights, as_array(edges), edge_weights), rel=1e-11)
 
 
 def test_no_edges_leave_the_vertices():
-    assert path_sum(np.array([0.5, 2.0, 0.0]), as_array([]), np.empty(0)) == 2.5
+    assert sum_of_paths(np.array([0.5, 2.0, 0.0]), as_array([]), np.empty(0)) == 2.5
 
 
 def test_single_vertex():
-    assert path_sum(np.array([0.25]), as_array([]), np.empty(0)) == 0.25
+    assert sum_of_paths(np.array([0.25]), as_array([]), np.empty(0)) == 0.25
 
 
 def test_no_vertices():
-    assert path_sum(np.empty(0), as_array([]), np.empty(0)) == 0.0
+    assert sum_of_paths(np.empty(0), as_array([]), np.empty(0)) == 0.0
 
 
 def test_zero_weights_remove_their_edge_or_vertex():
@@ -284,21 +253,21 @@ def test_arguments_are_left_alone():
     edges = as_array(random_edges(rng, 12, 20))
     vertex_weights, edge_weights = rng.random(12), rng.random(20)
     kept = edges.copy(), vertex_weights.copy(), edge_weights.copy()
-    path_sum(vertex_weights, edges, edge_weights)
+    sum_of_paths(vertex_weights, edges, edge_weights)
     for before, after in zip(kept, (edges, vertex_weights, edge_weights), strict=True):
         np.testing.assert_array_equal(before, after)
 
 
 def test_nan_is_not_hidden():
     edges = as_array(cycle(4))
-    assert np.isnan(path_sum(np.ones(4), edges, np.array([1.0, np.nan, 1.0, 1.0])))
-    assert np.isnan(path_sum(np.array([1.0, np.nan, 1.0, 1.0]), edges, np.ones(4)))
+    assert np.isnan(sum_of_paths(np.ones(4), edges, np.array([1.0, np.nan, 1.0, 1.0])))
+    assert np.isnan(sum_of_paths(np.array([1.0, np.nan, 1.0, 1.0]), edges, np.ones(4)))
 
 
 def test_more_edges_than_a_set_of_bits_can_hold_are_refused():
     count = MOST_EDGES + 1
     with pytest.raises(ValueError, match="64"):
-        path_sum(np.ones(count), as_array(cycle(count)), np.ones(count))
+        sum_of_paths(np.ones(count), as_array(cycle(count)), np.ones(count))
 
 
 def test_any_number_of_vertices_is_summed():
@@ -323,7 +292,7 @@ def test_vertices_that_can_be_swapped_are_summed_together(seed):
 def test_twins_are_found_whether_an_edge_joins_them_or_not():
     near = np.array([0b011110, 0b000101, 0b000011, 0b000001 | 0b100000, 0b000001 | 0b100000, 0b011000])
     link = np.array([[near[u] >> v & 1 for v in range(6)] for u in range(6)], np.float64)
-    assert groups_of_twins(near, link, np.ones(6), np.ones(6)) == 4
-    assert groups_of_twins(near, link, np.ones(6), np.arange(6.0)) == 6
+    assert blocks_groups_of_twins(near, link, np.ones(6), np.ones(6)) == 4
+    assert blocks_groups_of_twins(near, link, np.ones(6), np.arange(6.0)) == 6
     link[3, 5] = link[5, 3] = 0.5
-    assert groups_of_twins(near, link, np.ones(6), np.ones(6)) == 5
+    assert blocks_groups_of_twins(near, link, np.ones(6), np.ones(6)) == 5
