@@ -61,7 +61,7 @@ def move_store_parts(uint8_t[::1] store):
         "joints": (<uint8_t*>bank.joints - begin, "JointPair", (bank.head.joints,)),
         "limbs": (<uint8_t*>bank.limbs - begin, "int64", (bank.head.joints,)),
         "examples": (<uint8_t*>bank.examples - begin, "MoveExample", (bank.head.examples,)),
-        "rules": (<uint8_t*>bank.rules - begin, "MoveRule", (bank.head.moves,)),
+        "rules": (<uint8_t*>bank.rules - begin, "float64", (bank.head.moves, 2)),
     }
 
 
