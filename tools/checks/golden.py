@@ -435,6 +435,15 @@ def readers(options: Options) -> Iterator[Case]:
             yield stream_case(given, {"preset": preset, **EVERYTHING}, moves, "all ", follow=True)
 
 
+def presets(options: Options) -> Iterator[Case]:
+    """Every second labelled recording with everything at once, with the other presets at each level."""
+    for given in some(labelled(options.folder), 2):
+        moves = functools.partial(moves_out_of, given)
+        for preset, level in itertools.product(PRESETS[1:], LEVELS):
+            settings = {"preset": preset, "level": level, **EVERYTHING}
+            yield stream_case(given, settings, moves, "all ", follow=True)
+
+
 def variants(options: Options) -> Iterator[Case]:
     """Some of the labelled recordings, streamed and whole, with other settings."""
     for given in some(labelled(options.folder), 10):
@@ -813,6 +822,7 @@ def random_case(seed: int) -> Lines:
 PARTS: dict[str, Callable[[Options], Iterator[Case]]] = {
     "streams": streams,
     "readers": readers,
+    "presets": presets,
     "variants": variants,
     "single": single,
     "recordings": recordings,
