@@ -747,7 +747,7 @@ def comparisons(given: Given) -> Lines:
 
 def angles(given: Given) -> Lines:
     """Return angles, their ranges in repetitions, and the gait."""
-    settings = built({"repetitions": True, "steps": True})
+    settings = built(without_feet(given, {"repetitions": True, "steps": True}))
     result = segment_recording(given.positions, given.fps, given.skeleton, settings, times=given.times)
     found_angles = joint_angles(given.positions, given.skeleton)
     found = [line(name, angle) for name, angle in found_angles.items()]
