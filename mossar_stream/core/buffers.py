@@ -6,9 +6,8 @@ import numpy as np
 
 from mossar_stream.core.row import CACHE_LINE, new_memory
 from mossar_stream.core.plan import Plan, new_scratch
-from mossar_stream.core.kernels import RECORDS
+from mossar_stream.core.kernels import RECORDS, analysis_bytes
 from mossar_stream.core.out import Source, events_size, hand_out
-from mossar_stream.repetitions.state import store_size
 
 IN_USE = "a segmenter, or the pool it belongs to, was used by two threads at once; use one for each thread, or a lock"
 TOOLS_BYTES = RECORDS["Tools"].itemsize
@@ -43,7 +42,7 @@ class Buffers:
         """Be large enough for rows of a plan, too."""
         needed = (
             len(new_scratch(plan.shape)),
-            store_size(plan.shape.padded_joints) if plan.shape.repetitions else 0,
+            analysis_bytes(plan.shape.padded_joints) if plan.shape.repetitions else 0,
             events_size(plan.most_events + BATCH),
         )
         sizes = [max(pair) for pair in zip(needed, self._sizes, strict=True)]

@@ -68,7 +68,8 @@ include "decision.pxi"
 include "row.pxi"
 include "window_step.pxi"
 include "frame_step.pxi"
-# What reads the frames besides: moves, following, poses, steps (their files are added as they compile).
+# What reads the frames besides.
+include "../steps/tracking.pxi"
 # The one loop, and what Python calls.
 include "middle.pxi"
 include "station.pxi"

@@ -40,7 +40,6 @@ T = TypeVar("T")
 NOBODY = "nobody seen"  # in the reason for which a take ended
 NO_ENDS: list[tuple[int, int]] = []
 NOTHING_REPORTED, NOT_STOPPED = Reported(), np.zeros(1, np.int64)
-NO_POSITIONS = np.zeros((0, 3), np.float32)
 UNCHANGED = -1  # the first cycle that an analysis changed, if it changed none
 
 
@@ -184,7 +183,7 @@ def _analyse_once_more(row: Row) -> None:
     row.counted["changed"] = UNCHANGED  # an analysis of too few samples leaves it as it was
     row.samples = int(row.counted["open"][0])
     row.is_analysing = True
-    changed = analyse(row.counting, row.buffers.store, NO_POSITIONS, math.inf)
+    changed = analyse(row.counting, row.buffers.store, math.inf)
     if row.analyses is not None:
         row.analyses.append((math.inf, row.periods.copy()))
     if changed:

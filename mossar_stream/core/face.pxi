@@ -54,6 +54,37 @@ def set_middle(cnp.ndarray row, cnp.ndarray middle):
     put_middle(<Row*>cnp.PyArray_DATA(row), <float*>cnp.PyArray_DATA(middle))
 
 
+def analyse(cnp.ndarray counting, cnp.ndarray store, double time):
+    """Analyse what is repeated, as often as is due before a time, s, or once if it is inf; return whether that changed anything.
+
+    Args:
+        counting: Bytes of what is counted.
+        store: Bytes in which an analysis works, `analysis_bytes` of them.
+        time: s.
+    """
+    return bool(
+        analyse_repetitions(
+            <uint8_t*>cnp.PyArray_DATA(counting), cnp.PyArray_DIM(counting, 0),
+            <uint8_t*>cnp.PyArray_DATA(store), cnp.PyArray_DIM(store, 0), NULL, 0, time,
+        )
+    )
+
+
+def samples_bytes(int64_t joints):
+    """Return the bytes of a performer's samples of repetitions, with what is kept beside them."""
+    return samples_size(joints)
+
+
+def analysis_bytes(int64_t joints):
+    """Return the bytes in which an analysis of repetitions works, for any performer of so many joints."""
+    return store_size(joints)
+
+
+def address_of_follow_feet():
+    """Return where the compiled reader of steps lies."""
+    return <size_t>&follow_feet
+
+
 cdef Room _room_of(uint8_t* tools, Measure* measures) noexcept nogil:
     cdef Tools* own = <Tools*>tools
     cdef Room room
@@ -84,6 +115,10 @@ cdef dict _records():
     cdef Tools tools
     cdef Counters counters
     cdef Measure measure
+    cdef Counting counting
+    cdef Periods periods
+    cdef Labels labels
+    cdef Steps steps
     return {
         "Plan": np.asarray(<Plan[:1]>&plan).dtype,
         "Row": np.asarray(<Row[:1]>&row).dtype,
@@ -101,6 +136,10 @@ cdef dict _records():
         "Seat": np.asarray(<Seat[:1]>&seat).dtype,
         "Counters": np.asarray(<Counters[:1]>&counters).dtype,
         "Measure": np.asarray(<Measure[:1]>&measure).dtype,
+        "Counting": np.asarray(<Counting[:1]>&counting).dtype,
+        "Periods": np.asarray(<Periods[:1]>&periods).dtype,
+        "Labels": np.asarray(<Labels[:1]>&labels).dtype,
+        "Steps": np.asarray(<Steps[:1]>&steps).dtype,
         "Tools": np.asarray(<Tools[:1]>&tools).dtype,
     }
 
@@ -111,9 +150,12 @@ RECORDS = _records()
 CONSTANTS = {
     "ALL_ANALYSES": ALL_ANALYSES,
     "ANALYSED": ANALYSED,
+    "ANALYSIS_INTERVAL": ANALYSIS_INTERVAL,
     "BOUTS": BOUTS,
     "CACHE_LINE": CACHE_LINE,
+    "CHAINS": CHAINS,
     "CHANGES": CHANGES,
+    "CYCLES": CYCLES,
     "DECIDE": DECIDE,
     "DONE": DONE,
     "EARLIER": EARLIER,
@@ -121,15 +163,19 @@ CONSTANTS = {
     "END": END,
     "FARTHEST": FARTHEST,
     "LABELLED_LATE": LABELLED_LATE,
+    "LEAST_WAY": LEAST_WAY,
+    "LEAST_WAY_OF_ANKLES": LEAST_WAY_OF_ANKLES,
     "LEVEL": LEVEL,
     "LINES": LINES,
     "LIVE": LIVE,
+    "LONGEST_SILENCE": LONGEST_SILENCE,
     "MARGIN": MARGIN,
-    "NO_ANALYSIS": NO_ANALYSIS,
-    "NO_JOINT": NO_JOINT,
     "NOTED_CANDIDATES": NOTED_CANDIDATES,
     "NOTED_LATE": NOTED_LATE,
     "NOT_KEPT": NOT_KEPT,
+    "NO_ANALYSIS": NO_ANALYSIS,
+    "NO_JOINT": NO_JOINT,
+    "NO_NEWS": NO_NEWS,
     "PADDING": PADDING,
     "PAGE": PAGE,
     "PAGE_SIZE": PAGE_SIZE,
@@ -142,6 +188,8 @@ CONSTANTS = {
     "SPACING": SPACING,
     "SPARE_SUMMARIES": SPARE_SUMMARIES,
     "SPEED_WINDOW": SPEED_WINDOW,
+    "STAMP_ROUNDING": STAMP_ROUNDING,
+    "STRIKE": STRIKE,
     "TAKE_ENDS": TAKE_ENDS,
     "TIME_ROUNDING": TIME_ROUNDING,
     "WINDOW_FULL": WINDOW_FULL,

@@ -13,8 +13,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.kernels import CACHE_LINE, PADDING, PAGE, PAGE_SIZE, RECORDS
-from mossar_stream.repetitions.state import samples_bytes
+from mossar_stream.core.kernels import CACHE_LINE, PADDING, PAGE, PAGE_SIZE, RECORDS, samples_bytes
 
 PLAN, ROW = RECORDS["Plan"], RECORDS["Row"]
 # A row's arrays: (name, dtype). Sizes are given by `region_sizes`.

@@ -220,7 +220,7 @@ cdef bint _analyse(LoopHead* head, Station* station, Channel* channel, Bytes sto
     """Analyse what is repeated before a frame, and tell whether somebody asks for what that brought."""
     cdef Row* row = <Row*>channel.row
     cdef uint8_t* counted = <uint8_t*>(channel.row + row.at.counted)
-    head.changed = analyse(counted, row.at.adopted - row.at.counted, store.at, store.count, NULL, 0, time)
+    head.changed = analyse_repetitions(counted, row.at.adopted - row.at.counted, store.at, store.count, NULL, 0, time)
     return channel.heed == ALL_ANALYSES or (channel.heed == CHANGES and head.changed == 1)
 
 

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.core.row import records, region
-from mossar_stream.core.kernels import LINES, LIVE, NOT_KEPT, PAGE
+from mossar_stream.core.kernels import CYCLES, LINES, LIVE, NOT_KEPT, PAGE, RECORDS
 from mossar_stream.core.plan import Plan
 from mossar_stream.repetitions.preparing import is_sound as counting_is_sound
 from mossar_stream.repetitions.preparing import prepare
-from mossar_stream.repetitions.state import CYCLES, HEADER
 from mossar_stream.similarity import protocol as similarity
 
 FARTHEST_ORIGIN = 1e9  # m, that somebody may be from the origin
@@ -60,7 +59,7 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
     origin = [float(state["joints"][name]) for name in ("origin_x", "origin_y", "origin_z")]
     if not np.abs(origin).max() <= FARTHEST_ORIGIN:
         return False
-    prepared = np.zeros(1, HEADER)[0]
+    prepared = np.zeros(1, RECORDS["Counting"])[0]
     prepare(prepared, plan.skeleton, plan.channel)
     for own in region(row, shape, "counted"):
         follows = own["begun"] == 1 and own["latest"] == state["clock"]["taken_time"]

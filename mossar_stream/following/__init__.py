@@ -2,6 +2,7 @@
 
 bones        which bones an example and a stream share, and to which limbs they belong
 bank         examples described for a stream: directions of bones, phase by phase
+layout       how the bytes of a bank, and of a performer, are laid out
 sampling     frames in, directions of bones out, 15 times a second
 warping      a stream's samples aligned with an example: causal, open at both ends
 tracking     what becomes of it: begun, progress, done, left

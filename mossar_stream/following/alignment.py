@@ -7,47 +7,36 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.errors import MovesError, SnapshotError
-from mossar_stream.events import Event, FollowEvent, FollowStatus
-from mossar_stream.following.bank import examples_of, extents_of, make_bank
-from mossar_stream.following.bones import shared_bones
-from mossar_stream.following.certainty import certainty
-from mossar_stream.following.layout import (
-    BANK_HEAD,
-    BANK_HEAD_BYTES,
-    FOLLOWING_STATE,
-    FOLLOWING_STATE_BYTES,
-    LAYERS,
-    MOVE,
-    MOVE_BYTES,
-    REPORT,
-    example_memory,
-    head_memory,
-)
-from mossar_stream.following.tracking import (
-    BEGAN,
-    GAVE_UP,
-    GOES_ON,
-    IS_DONE,
-    NOTHING,
+from mossar_stream.core.kernels import (
+    FOLLOW_CONSTANTS,
+    RECORDS,
+    address_of_follow_frame,
+    begin_following,
     evaluate,
     finish_take,
-    follow_frame,
+    follow_memory_bytes,
+    follow_memory_parts,
 )
+from mossar_stream.errors import MovesError, SnapshotError
+from mossar_stream.events import Event, FollowEvent, FollowStatus
+from mossar_stream.following.bank import bank_of, extents_of, make_bank
+from mossar_stream.following.bones import shared_bones
+from mossar_stream.following.certainty import certainty
 from mossar_stream.following.validation import is_sound
-from mossar_stream.jit.cache import open_cache
 from mossar_stream.moves.moves import Moves, copy_of
-from mossar_stream.readers import address_of_reader
+from mossar_stream.moves.parts import parts_of
 from mossar_stream.settings import Settings
 from mossar_stream.skeleton import Skeleton
 
 Follow = bool | tuple[str, ...]  # names of moves; True for all
+UNCHANGED, DONE, LEFT = (FOLLOW_CONSTANTS[f"MOVE_{what}"] for what in ("UNCHANGED", "DONE", "LEFT"))
 FOLLOW_STATUS_BY_CODE: dict[int, FollowStatus] = {
-    BEGAN: "begun",
-    GOES_ON: "progress",
-    IS_DONE: "done",
-    GAVE_UP: "left",
+    FOLLOW_CONSTANTS["MOVE_BEGUN"]: "begun",
+    FOLLOW_CONSTANTS["MOVE_GOES_ON"]: "progress",
+    DONE: "done",
+    LEFT: "left",
 }
+FOLLOW_REPORT = RECORDS["FollowReport"]
 MOVES_LEAST = 0.2  # extent, as a chord, from which a limb moves in an example
 FAIR = 15.0  # degrees of deviation at which the score is a half
 
@@ -151,39 +140,20 @@ class Alignment:
             name: np.array([b for b, bone in enumerate(bones.bones) if bone.limb == i])
             for i, name in enumerate(bones.limbs)
         }
-        head = self.store[:BANK_HEAD_BYTES].view(BANK_HEAD)[0]
-        self._examples = examples_of(self.store)
+        self._examples = bank_of(self.store)["examples"]
         self._extents = [self._extent(box) for box in extents_of(self.store)]
-        self.state = np.zeros(memory_bytes(self.store), np.uint8)
-        self._state = self.state[:FOLLOWING_STATE_BYTES].view(FOLLOWING_STATE)
-        size = len(names) * MOVE_BYTES
-        self._moves = self.state[FOLLOWING_STATE_BYTES : FOLLOWING_STATE_BYTES + size].view(MOVE)
-        at, moved, count = FOLLOWING_STATE_BYTES + size, len(names), len(bones.bones)
-        self._happened = self.state[at : at + 8 * moved].view(np.int64)
-        at += 8 * moved
-        size = 8 * moved * (len(REPORT) + len(bones.limbs))
-        self._reports = self.state[at : at + size].view(np.float64).reshape(moved, -1)
-        at += size + 4 * (7 * int(head["points"]) + 3 * count + 2 * int(head["phases"]) + moved * count)
-        self._boxes = self.state[at : at + 24 * moved * count].view(np.float32).reshape(moved, 2, count, 3)
+        self.state = np.zeros(follow_memory_bytes(self.store), np.uint8)
+        parts = parts_of(self.state, follow_memory_parts(self.store))
+        self._state, self._moves, self._happened = parts["state"], parts["moves"], parts["happened"]
+        self._reports, self._boxes = parts["reports"], parts["boxes"]
         self.reported: None = None
-        open_cache()
         self._begin()
-        # No frame: the kernels are compiled now, and never while frames come in.
-        finish_take(self.state, self.store)
-        evaluate(self.state, self.store, 0)
-        self._begin()
-        self.address = address_of_reader(follow_frame)
+        self.address = address_of_follow_frame()
 
     def _begin(self) -> None:
         """Begin anew, as for a take."""
-        self.state[:] = 0
-        self._moves["best"] = self._moves["done"] = np.inf
+        begin_following(self.state, self.store)
         self._state["every"] = self._settings.follow_every
-        for example in self._examples:
-            size = 4 * LAYERS * int(example["phases"])
-            begin = int(example["memory"]) + size
-            self.state[begin : begin + size].view(np.float32)[:] = np.inf
-        self._state["due"] = -np.inf
 
     def adopt(self, settings: Settings, take: int, pending: list[Event]) -> "Alignment":
         """Go on with other settings; if another axis points upwards, what is being made is given up.
@@ -233,7 +203,7 @@ class Alignment:
             take: Number of the take that is open.
         """
         happened = self._happened.tolist()
-        return [self._event(m, take, what) for m, what in enumerate(happened) if what != NOTHING], None
+        return [self._event(m, take, what) for m, what in enumerate(happened) if what != UNCHANGED], None
 
     def decide(self, take: int, pending: list[Event]) -> None:
         """Decide what is being made; `pending` gets the events."""
@@ -251,7 +221,7 @@ class Alignment:
             events, _ = self.report(take)
             if begins:
                 self._begin()
-            self._happened[:] = NOTHING
+            self._happened[:] = UNCHANGED
         except BaseException:
             self.state[:] = before
             raise
@@ -259,45 +229,55 @@ class Alignment:
 
     def _now(self, m: int) -> FollowState:
         evaluate(self.state, self.store, m)
-        report = self._reports[m].tolist()
+        report, limbs = self._report(m)
         return FollowState(
-            example=self._places[int(report[9])],
-            count=int(report[2]),
-            start=report[3],
-            time=report[4],
-            progress=report[5],
-            tempo=report[6],
+            example=self._places[int(report["example"])],
+            count=int(report["count"]),
+            start=report["start"],
+            time=report["time"],
+            progress=report["progress"],
+            tempo=report["tempo"],
             certainty=certainty(report),
-            deviation=report[7],
-            limbs=self._judged(report),
-            joint=self._ends[joint] if (joint := int(report[8])) >= 0 else "",
+            deviation=report["deviation"],
+            limbs=limbs,
+            joint=self._joint(report),
         )
 
-    def _judged(self, report: list[float]) -> dict[str, float]:
-        """Return the deviation of each limb that was not hidden for too long."""
-        limbs = zip(self._limb_names, report[len(REPORT) :], strict=True)
-        return {name: angle for name, angle in limbs if not math.isnan(angle)}
+    def _report(self, m: int) -> tuple[dict[str, float], dict[str, float]]:
+        """Return what is reported of a move, and the deviation of each limb that was not hidden for too long."""
+        numbers = self._reports[m].tolist()
+        names = FOLLOW_REPORT.names
+        limbs = zip(self._limb_names, numbers[len(names) :], strict=True)
+        return (
+            dict(zip(names, numbers[: len(names)], strict=True)),
+            {name: angle for name, angle in limbs if not math.isnan(angle)},
+        )
+
+    def _joint(self, report: Mapping[str, float]) -> str:
+        """Return the joint at the end of the bone that strays farthest."""
+        bone = int(report["joint"])
+        return self._ends[bone] if bone >= 0 else ""
 
     def _event(self, m: int, take: int, what: int) -> FollowEvent:
-        report = self._reports[m].tolist()
-        done = what == IS_DONE
-        deviation, joint, limbs = report[7], int(report[8]), self._judged(report)
+        report, limbs = self._report(m)
+        done = what == DONE
+        deviation = report["deviation"]
         return FollowEvent(
             performer=self._performer,
-            id=f"{self._performer}/follow/{take}/{int(report[0])}",
-            rev=int(report[1]),
+            id=f"{self._performer}/follow/{take}/{int(report['number'])}",
+            rev=int(report["rev"]),
             name=self.names[m],
             status=FOLLOW_STATUS_BY_CODE[what],
             take=take,
-            count=int(report[2]),
-            start=report[3],
-            time=report[4],
-            progress=report[5],
-            tempo=report[6],
-            certainty=1.0 if done else 0.0 if what == GAVE_UP else certainty(report),
+            count=int(report["count"]),
+            start=report["start"],
+            time=report["time"],
+            progress=report["progress"],
+            tempo=report["tempo"],
+            certainty=1.0 if done else 0.0 if what == LEFT else certainty(report),
             deviation=deviation,
             limbs=limbs,
-            joint=self._ends[joint] if joint >= 0 else "",
+            joint=self._joint(report),
             range=self._range(m, limbs) if done else None,
             score=round(1.0 / (1.0 + (deviation / FAIR) ** 2), 3) if done else None,
             decided_time=float(self._state["time"][0]),
@@ -320,7 +300,7 @@ class Alignment:
 
     def to_bytes(self) -> bytes:
         """Return what is known of the performer, for a snapshot."""
-        self._happened[:] = NOTHING
+        self._happened[:] = UNCHANGED
         return self.state.tobytes()
 
     def go_on_from(self, content: bytes) -> None:
@@ -338,12 +318,6 @@ class Alignment:
             raise SnapshotError("the snapshot's state of followed moves contradicts itself")
         self.state[:] = fresh
         self._state["every"] = self._settings.follow_every
-
-
-def memory_bytes(store: NDArray[np.uint8]) -> int:
-    """Return the bytes that following takes for one performer."""
-    fixed = head_memory(store[:BANK_HEAD_BYTES].view(BANK_HEAD)[0])
-    return fixed + sum(example_memory(int(example["phases"])) for example in examples_of(store))
 
 
 def _places(moves: Moves, names: tuple[str, ...]) -> list[int]:

@@ -1,39 +1,33 @@
 """The bank: followed examples as directions of bones, phase by phase, for the joints of one stream."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.core.kernels import (
+    FOLLOW_CONSTANTS,
+    RECORDS,
+    follow_bank_bytes,
+    follow_bank_parts,
+    follow_example_parts,
+    mean_heading,
+    place_follow_examples,
+)
 from mossar_stream.errors import MovesError
 from mossar_stream.following.bones import NOWHERE, Bones, shared_bones
-from mossar_stream.following.layout import (
-    BANK_HEAD,
-    BANK_HEAD_BYTES,
-    BONE,
-    BONE_BYTES,
-    BONE_POINT,
-    BONE_POINT_BYTES,
-    FOLLOWED,
-    FOLLOWED_BYTES,
-    MOST_PHASES,
-    PERIOD,
-    example_floats,
-    example_memory,
-    head_memory,
-    padded,
-    ring_size,
-)
-from mossar_stream.following.warping import CAP
 from mossar_stream.moves.example import Example
-from mossar_stream.moves.facing import mean_heading
 from mossar_stream.moves.joints import Pair
 from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.parts import parts_of
 from mossar_stream.moves.points import UPWARDS
 from mossar_stream.moves.rules import Facing
 from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
 
+FOLLOW_HEAD = RECORDS["FollowHead"]
+PERIOD, MOST_PHASES, CAP = (FOLLOW_CONSTANTS[name] for name in ("PERIOD", "MOST_PHASES", "CAP"))
 LONGEST_EXAMPLE = 60.0  # s, of a movement that is followed
 SHORTEST_EXAMPLE = 4  # phases
 LEAST_MOVED = 1e-4  # mean square of the chord by which an example moves
@@ -52,7 +46,7 @@ def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) ->
         up: The axis that points upwards; `auto` is y.
 
     Returns:
-        Bytes: `BANK_HEAD`, then points, bones, examples, and their directions.
+        Bytes: `FOLLOW_HEAD`, then the parts of `bank_of` and `example_of`.
 
     Raises:
         FrameError: If the stream lacks joints that the examples need.
@@ -68,42 +62,35 @@ def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) ->
     followed = [examples[place] for place in chosen]
     phases = [_phases_of(example, shown, bones, up, facing) for example in followed]
     strides = sorted({stride for stride, _ in phases})
-    longest = max((len(directions) for _, directions in phases), default=SHORTEST_EXAMPLE)
-    store = np.zeros(_bytes_of(bones, phases), np.uint8)
+    counts = np.array([len(directions) for _, directions in phases], np.int64)
+    store = np.zeros(follow_bank_bytes(len(bones.streamed), len(bones.bones), counts), np.uint8)
     axis, sign = UPWARDS[up]
     girdles = bones.girdles if facing == "any" else (NOWHERE,) * 4
-    head = store[:BANK_HEAD_BYTES].view(BANK_HEAD)
-    head[0] = (
-        len(bones.streamed), len(bones.bones), len(followed), len(names), len(bones.limbs), *girdles, axis, sign,
-        len(strides), ring_size(longest), padded(longest),
+    store[: FOLLOW_HEAD.itemsize].view(FOLLOW_HEAD)[0] = (
+        len(bones.streamed), len(bones.bones), len(followed), len(names), len(bones.limbs), girdles, axis, sign,
+        len(strides), 0, 0,
     )  # fmt: skip
-    at = BANK_HEAD_BYTES
-    for kind, places in ((BONE_POINT, bones.streamed), (BONE, bones.bones)):
-        size = len(places) * kind.itemsize
-        store[at : at + size].view(kind)[:] = [tuple(place) for place in places]
-        at += size
-    records = examples_of(store)
-    floats = store[at + records.nbytes :].view(np.float32)
-    memory, place = head_memory(head[0]), 3 * len(bones.streamed)
+    records = bank_of(store)["examples"]
+    records["phases"] = counts
+    place_follow_examples(store)
+    bank = bank_of(store)
+    bank["points"][:] = [tuple(pair) for pair in bones.streamed]
+    bank["bones"][:] = [tuple(bone) for bone in bones.bones]
     if followed:
-        floats[:place] = _first_pose(followed[0], shown, bones, up).ravel()
+        bank["first_pose"][:] = _first_pose(followed[0], shown, bones, up)
     for t, (example, (stride, directions)) in enumerate(zip(followed, phases, strict=True)):
-        count, lines = len(directions), padded(len(directions))
         mean = directions.mean(axis=0)
         still = ((directions - mean) ** 2).sum(axis=2)
         farthest = ((directions - directions[0]) ** 2).sum(axis=2).mean(axis=1).max()
         if farthest < LEAST_MOVED:
             raise MovesError(f"an example of {example.name!r} cannot be followed: no bone turns in it")
-        records[t] = (
-            names.index(example.name), count, lines, stride, strides.index(stride),
-            still.mean(), np.minimum(still, CAP).mean(), farthest, place, memory,
-        )  # fmt: skip
-        rows = np.zeros((len(bones.bones), 3, lines), np.float32)
-        rows[:, :, :count] = directions.transpose(1, 2, 0)
-        floats[place : place + rows.size] = rows.ravel()
-        floats[place + rows.size : place + rows.size + mean.size] = mean.ravel()
-        place += rows.size + mean.size
-        memory += example_memory(count)
+        record = records[t]
+        record["move"], record["stride"] = names.index(example.name), stride
+        record["ring"], record["farthest"] = strides.index(stride), farthest
+        record["still"], record["dear"] = still.mean(), np.minimum(still, CAP).mean()
+        own = example_of(store, t)
+        own["directions"][:, :, : len(directions)] = directions.transpose(1, 2, 0)
+        own["means"][:] = mean
     sides = [(examples[place].name, place >= len(moves)) for place in chosen]
     weights = {
         side: _weights(
@@ -111,7 +98,8 @@ def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) ->
         )
         for side in dict.fromkeys(sides)
     }
-    floats[place:] = np.concatenate([weights[side] for side in sides])
+    for t, side in enumerate(sides):
+        bank["weights"][t] = weights[side]
     return store
 
 
@@ -129,19 +117,6 @@ def _weights(examples: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
     spread = np.sqrt(((same - same.mean(axis=0)) ** 2).sum(axis=3).mean(axis=(0, 1)))
     weights: NDArray[np.float64] = 1.0 / (spread + LEAST_SPREAD)
     return np.asarray(weights / weights.sum())
-
-
-def _bytes_of(bones: Bones, phases: Sequence[tuple[int, NDArray[np.float64]]]) -> int:
-    count = len(bones.bones)
-    fixed = (
-        BANK_HEAD_BYTES
-        + len(bones.streamed) * BONE_POINT_BYTES
-        + count * BONE_BYTES
-        + len(phases) * FOLLOWED_BYTES
-    )
-    return fixed + 4 * (
-        3 * len(bones.streamed) + sum(example_floats(len(d), count) + count for _, d in phases)
-    )
 
 
 def _phases_of(
@@ -205,26 +180,20 @@ def directions_of(
     return np.asarray(found @ turn)
 
 
-def examples_of(store: NDArray[np.uint8]) -> NDArray[np.void]:
-    """Return the records of the examples of a bank, (T,) FOLLOWED."""
-    begin, count = _examples_at(store)
-    return store[begin : begin + count * FOLLOWED_BYTES].view(FOLLOWED)
+def bank_of(store: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
+    """Return views of the parts of a bank: `head`, `points`, `bones`, `examples`, `first_pose`, `weights`."""
+    return parts_of(store, follow_bank_parts(store))
+
+
+def example_of(store: NDArray[np.uint8], t: int) -> dict[str, NDArray[Any]]:
+    """Return views of what a bank holds of example t: `directions`, (B, 3, padded phases), and `means`, (B, 3)."""
+    return parts_of(store, follow_example_parts(store, t))
 
 
 def extents_of(store: NDArray[np.uint8]) -> list[NDArray[np.float32]]:
     """Return the extent of each bone's directions in each example of a bank, (B, 3)."""
-    begin, count = _examples_at(store)
-    floats = store[begin + count * FOLLOWED_BYTES :].view(np.float32)
-    bones = int(store[:BANK_HEAD_BYTES].view(BANK_HEAD)[0]["bones"])
     found = []
-    for example in examples_of(store):
-        lines, phases = int(example["padded"]), int(example["phases"])
-        rows = floats[int(example["rows"]) :][: 3 * bones * lines].reshape(bones, 3, lines)[:, :, :phases]
-        found.append(rows.max(axis=2) - rows.min(axis=2))
+    for t, example in enumerate(bank_of(store)["examples"]):
+        directions = example_of(store, t)["directions"][:, :, : int(example["phases"])]
+        found.append(directions.max(axis=2) - directions.min(axis=2))
     return found
-
-
-def _examples_at(store: NDArray[np.uint8]) -> tuple[int, int]:
-    head = store[:BANK_HEAD_BYTES].view(BANK_HEAD)[0]
-    begin = BANK_HEAD_BYTES + int(head["points"]) * BONE_POINT_BYTES + int(head["bones"]) * BONE_BYTES
-    return begin, int(head["examples"])

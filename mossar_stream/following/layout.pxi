@@ -1,4 +1,7 @@
-"""Layout: how the bytes of followed examples, and of a performer who is followed, are laid out."""
+"""Layout: how the bytes of followed examples, and of a performer who is followed, are laid out.
+
+Where a part of a store or of a performer's memory lies is said here and nowhere else. Python asks (`face.pxi`).
+"""
 
 cdef double PERIOD = 1.0 / 15.0  # s between two samples of a stream, and between two phases of an example
 cdef enum:
@@ -8,42 +11,25 @@ cdef enum:
     LONGER = 16  # samples beyond twice an example that are remembered
     RECENT_SAMPLES = 16  # samples of which the progress is remembered, for the tempo
     TEMPO_SAMPLES = 15  # over which it is taken: 1 s
-    # What is reported of a move, as numbers; then the deviation of each limb.
-# CHECK tuple REPORT = ('number', 'rev', 'count', 'start', 'time', 'progress', 'tempo', 'deviation', 'joint', 'example', 'cost', 'gain', 'went', 'residual')
-cdef enum:
-    BANK_HEAD_BYTES = BANK_HEAD.itemsize
-    FOLLOWING_STATE_BYTES = 88
-    MOVE_BYTES = 288
-    FOLLOWED_BYTES = 80
-    BONE_POINT_BYTES = 16
-    BONE_BYTES = 24
 
-cdef struct BankHead:
-    int64_t points
-    int64_t bones
-    int64_t examples
-    int64_t moves
+cdef struct FollowHead:  # The head of a bank; its arrays follow.
+    int64_t points  # K
+    int64_t bones  # B
+    int64_t examples  # T
+    int64_t moves  # M
     int64_t limbs  # that have bones
-    int64_t left  # points of the hips, then of the shoulders; -1 if they are not known
-    int64_t right
-    int64_t left_shoulder
-    int64_t right_shoulder
+    int64_t girdles[4]  # points of the hips, then of the shoulders, left first; -1 if they are not known
     int64_t axis  # that points upwards
     double sign
-    int64_t strides  # how many different ones the examples have
+    int64_t strides  # R, how many different ones the examples have
     int64_t ring  # samples that are remembered of each
     int64_t phases  # of the longest example, padded
 
 
-cdef struct BonePoint:
-    int64_t one
-    int64_t other
-
-
 cdef struct Bone:
-    int64_t begin  # points; limb -1 for none
-    int64_t end  # points; limb -1 for none
-    int64_t limb  # points; limb -1 for none
+    int64_t begin  # point
+    int64_t end  # point
+    int64_t limb  # -1 for none
 
 
 cdef struct FollowedExample:
@@ -87,8 +73,25 @@ cdef struct FollowedMove:
     double done  # rank of the latest performance that was done, inf if there is none
     int64_t done_first  # its samples
     int64_t done_last
-    float recent[16]  # progress at the last samples
+    float recent[RECENT_SAMPLES]  # progress at the last samples
     int64_t recents
+
+
+cdef struct FollowReport:  # What is reported of a move, rounded; the deviation of each limb follows.
+    double number
+    double rev
+    double count
+    double start
+    double time
+    double progress
+    double tempo
+    double deviation  # degrees
+    double joint  # bone that strays farthest, -1 for none
+    double example
+    double cost
+    double gain
+    double went
+    double residual
 
 
 cdef struct FollowingState:
@@ -104,4 +107,225 @@ cdef struct FollowingState:
     int64_t happened  # whether anything did
 
 
+cdef struct FollowBank:  # The parts of a bank: what is followed, described for a stream.
+    FollowHead* head
+    JointPair* points  # (K,) the centre first
+    Bone* bones  # (B,)
+    FollowedExample* examples  # (T,)
+    float* floats  # the first pose, then of each example its directions and their means, then weights of bones
 
+
+cdef struct FollowMemory:  # The parts of a performer's memory, besides the cells of examples.
+    uint8_t* memory
+    FollowingState* state
+    FollowedMove* moves  # (M,)
+    int64_t* happened  # (M,) at the last frame
+    DoubleRows reports  # (M, numbers of a `FollowReport` and limbs)
+    FloatPlanes poses  # (2, K, 3) m, of the last two frames
+    float* absences  # (K,) s, for which each point has been missing
+    FloatRows directions  # (B, 3) of the sample
+    float* distances  # (n,) scratch: of the sample from each phase
+    float* products  # (n,) scratch: the same, how far it lies in the phase's direction
+    FloatRows strays  # (M, B) mean square of chords; `UNJUDGED` of hidden bones
+    float* boxes  # (M, 2, B, 3) least and largest directions of the last performance
+    float* rings  # (R, ring, B, 3) directions of the last samples
+    FloatRows means  # (B, 3) scratch: mean difference of directions along a way
+    Int32Rows way  # (2, 2 * ring) scratch: samples and phases that a way brings together
+    BytePlanes hidden  # (R, ring, B) whether each bone was hidden in the last samples
+    uint8_t* end  # where the cells of the first example begin
+
+
+cdef struct Cells:  # Where ways of aligning the stream with one example stand: one that ends in each phase, and layer.
+    Int32Rows firsts  # (LAYERS, n) sample where the way began
+    FloatRows costs  # (LAYERS, n) summed over phases; inf where there is no way
+    FloatRows weights  # (LAYERS, n) of what was summed
+    FloatRows gains  # (LAYERS, n) summed over phases
+    ByteRows steps  # (ring, n) how ways have come on, at each sample
+    uint8_t* end
+
+
+cdef inline FollowBank open_follow_bank(uint8_t* store) noexcept nogil:
+    """Return the parts of a bank."""
+    return lay_out_follow_bank(store, <FollowHead*>store)
+
+
+cdef FollowBank lay_out_follow_bank(uint8_t* store, FollowHead* head) noexcept nogil:
+    """Return where the parts of a bank with this head lie; nothing of it is read."""
+    cdef FollowBank bank
+    bank.head = head
+    bank.points = <JointPair*>(store + sizeof(FollowHead))
+    bank.bones = <Bone*>(bank.points + head.points)
+    bank.examples = <FollowedExample*>(bank.bones + head.bones)
+    bank.floats = <float*>(bank.examples + head.examples)
+    return bank
+
+
+cdef inline FloatRows first_pose(FollowBank* bank) noexcept nogil:
+    """Return the points at the begin of the first example, relative to the centre, (K, 3) m."""
+    return floats_in_rows(bank.floats, bank.head.points, 3)
+
+
+cdef inline FloatPlanes directions_of_followed(FollowBank* bank, FollowedExample* example) noexcept nogil:
+    """Return the directions of an example, (B, 3, padded phases)."""
+    cdef FloatPlanes found
+    found.at = bank.floats + example.rows
+    found.planes, found.rows, found.columns = bank.head.bones, 3, example.padded
+    return found
+
+
+cdef inline FloatRows means_of_followed(FollowBank* bank, FollowedExample* example) noexcept nogil:
+    """Return the mean directions of an example, (B, 3)."""
+    return floats_in_rows(
+        bank.floats + example.rows + 3 * bank.head.bones * example.padded, bank.head.bones, 3
+    )
+
+
+cdef inline FloatRows weights_of_bones(FollowBank* bank) noexcept nogil:
+    """Return how much each bone counts in the deviation from each example, (T, B); of one example they add up to 1."""
+    cdef FollowHead* head
+    cdef FollowedExample* last
+    cdef int64_t begin
+    head = bank.head
+    begin = 3 * head.points
+    if head.examples > 0:
+        last = &bank.examples[head.examples - 1]
+        begin = last.rows + floats_of_followed(last.phases, head.bones)
+    return floats_in_rows(bank.floats + begin, head.examples, head.bones)
+
+
+cdef FollowMemory open_follow_memory(uint8_t* memory, FollowHead* head) noexcept nogil:
+    """Return the parts of a performer's memory; nothing of it is read."""
+    cdef FollowMemory known
+    cdef int64_t points, bones, moves, taken
+    points, bones, moves = head.points, head.bones, head.moves
+    known.memory = memory
+    known.state = <FollowingState*>memory
+    known.moves = <FollowedMove*>(memory + sizeof(FollowingState))
+    known.happened = <int64_t*>(known.moves + moves)
+    known.reports = doubles_in_rows(
+        <double*>(known.happened + moves), moves, sizeof(FollowReport) // sizeof(double) + head.limbs
+    )
+    known.poses.at = <float*>(known.reports.at + moves * known.reports.columns)
+    known.poses.planes, known.poses.rows, known.poses.columns = 2, points, 3
+    known.absences = known.poses.at + 6 * points
+    known.directions = floats_in_rows(known.absences + points, bones, 3)
+    known.distances = known.directions.at + 3 * bones
+    known.products = known.distances + head.phases
+    known.strays = floats_in_rows(known.products + head.phases, moves, bones)
+    known.boxes = known.strays.at + moves * bones
+    known.rings = known.boxes + moves * 6 * bones
+    known.means = floats_in_rows(known.rings + head.strides * head.ring * 3 * bones, bones, 3)
+    known.way = ints32_in_rows(<int32_t*>(known.means.at + 3 * bones), 2, 2 * head.ring)
+    known.hidden.at = <uint8_t*>(known.way.at + 4 * head.ring)
+    known.hidden.planes, known.hidden.rows, known.hidden.columns = head.strides, head.ring, bones
+    taken = known.hidden.at - memory
+    known.end = memory + in_words(taken) + in_words(head.strides * head.ring * bones)
+    return known
+
+
+cdef inline FloatPlanes ring_of(FollowMemory* known, int64_t ring) noexcept nogil:
+    """Return the directions of the last samples in a ring, (ring, B, 3)."""
+    cdef FloatPlanes found
+    found.planes, found.rows, found.columns = known.hidden.rows, known.hidden.columns, 3
+    found.at = known.rings + ring * found.planes * found.rows * 3
+    return found
+
+
+cdef inline float* row_of_ring(FollowMemory* known, int64_t ring, int64_t line) noexcept nogil:
+    """Return the directions of one of the last samples, (B, 3)."""
+    return known.rings + (ring * known.hidden.rows + line) * known.hidden.columns * 3
+
+
+cdef inline FloatPlanes box_of(FollowMemory* known, int64_t m) noexcept nogil:
+    """Return the least and the largest directions of the last performance of a move, (2, B, 3)."""
+    cdef FloatPlanes found
+    found.planes, found.rows, found.columns = 2, known.strays.columns, 3
+    found.at = known.boxes + m * 6 * found.rows
+    return found
+
+
+cdef Cells open_cells(uint8_t* memory, FollowedExample* example) noexcept nogil:
+    """Return the cells of an example in the memory of a performer; nothing of it is read."""
+    cdef Cells cells
+    cdef int64_t phases
+    phases = example.phases
+    cells.firsts = ints32_in_rows(<int32_t*>(memory + example.memory), LAYERS, phases)
+    cells.costs = floats_in_rows(<float*>(cells.firsts.at + LAYERS * phases), LAYERS, phases)
+    cells.weights = floats_in_rows(cells.costs.at + LAYERS * phases, LAYERS, phases)
+    cells.gains = floats_in_rows(cells.weights.at + LAYERS * phases, LAYERS, phases)
+    cells.steps = bytes_in_rows(<uint8_t*>(cells.gains.at + LAYERS * phases), ring_size(phases), phases)
+    cells.end = cells.steps.at + in_words(cells.steps.rows * phases)
+    return cells
+
+
+cdef inline int64_t ring_size(int64_t phases) noexcept nogil:
+    """Return how many samples must be remembered to follow so many phases at half their tempo."""
+    return 2 * phases + LONGER
+
+
+cdef inline int64_t in_lanes(int64_t phases) noexcept nogil:
+    """Return how many numbers so many phases take, which are computed `LANES` at once."""
+    return (phases + LANES - 1) // LANES * LANES
+
+
+cdef inline int64_t floats_of_followed(int64_t phases, int64_t bones) noexcept nogil:
+    """Return how many numbers the directions of an example and their means take."""
+    return 3 * bones * (in_lanes(phases) + 1)
+
+
+cdef inline int64_t in_words(int64_t size) noexcept nogil:
+    """Return the bytes that whole words of eight take, which hold so many."""
+    return (size + 7) // 8 * 8
+
+
+cdef inline int64_t in_ring(int64_t number, int64_t size) noexcept nogil:
+    """Return the line of a ring where a sample lies, also of one before the first, whose number is negative."""
+    cdef int64_t line
+    line = number % size
+    return line + size if line < 0 else line
+
+
+cdef void place_examples(FollowBank* bank) noexcept nogil:
+    """Note where directions and cells of examples lie, by their `phases`; `ring` and `phases` of the head, too."""
+    cdef FollowHead* head
+    cdef FollowedExample* example
+    cdef uint8_t* cells
+    cdef int64_t t, at, longest
+    head = bank.head
+    longest = 0
+    for t in range(head.examples):
+        longest = max(longest, bank.examples[t].phases)
+    head.ring = ring_size(longest)
+    head.phases = in_lanes(longest)
+    at = 3 * head.points
+    cells = open_follow_memory(NOWHERE, head).end
+    for t in range(head.examples):
+        example = &bank.examples[t]
+        example.padded = in_lanes(example.phases)
+        example.rows = at
+        example.memory = cells - NOWHERE
+        at += floats_of_followed(example.phases, head.bones)
+        cells = open_cells(NOWHERE, example).end
+
+
+cdef void begin_follow_memory(uint8_t* memory, FollowBank* bank) noexcept nogil:
+    """Set the memory of a performer to what it is before the first frame of a take, but for `every`."""
+    cdef FollowMemory known
+    cdef Cells cells
+    cdef int64_t m, t
+    memset(memory, 0, follow_memory_size(bank))
+    known = open_follow_memory(memory, bank.head)
+    known.state.due = -INFINITY
+    for m in range(bank.head.moves):
+        known.moves[m].best = known.moves[m].done = INFINITY
+    for t in range(bank.head.examples):
+        cells = open_cells(memory, &bank.examples[t])
+        for m in range(LAYERS * cells.costs.columns):
+            cells.costs.at[m] = INFINITY
+
+
+cdef int64_t follow_memory_size(FollowBank* bank) noexcept nogil:
+    """Return the bytes that following takes for one performer."""
+    if bank.head.examples > 0:
+        return open_cells(NOWHERE, &bank.examples[bank.head.examples - 1]).end - NOWHERE
+    return open_follow_memory(NOWHERE, bank.head).end - NOWHERE

@@ -4,26 +4,26 @@ Samples lie on a grid of `PERIOD`, between two frames by interpolation, so that 
 """
 
 cdef double FACING_TIME = 1.0  # s, time constant with which the facing follows
-cdef float SMALLEST = 9.999999974752427e-07  # m, of a bone
-cdef double EARLY = 1e-06  # s by which a frame may come before the sample that is due
-cdef double LEAST_SPACING = 1e-09  # s, frames nearer than this are one
-cdef float LONGEST_HOLE = 0.10000000149011612  # s for which a point may be missing without its bones being hidden
+cdef float SMALLEST = 1e-6  # m, of a bone
+cdef double LEAST_SPACING = 1e-9  # s, frames nearer than this are one
+cdef float LONGEST_HOLE = 0.1  # s for which a point may be missing without its bones being hidden
 
 
-cdef inline bint place_pose(FloatRows pose, FollowBank* bank, FloatRows positions) noexcept nogil:
-    """Set a pose to the points of a frame relative to the centre; return whether all were there."""
-    cdef BankHead* head
-    cdef bint whole
+cdef inline bint place_pose(
+    FloatRows pose, JointPair* points, FloatRows positions, int64_t axis, float sign
+) noexcept nogil:
+    """Set a pose to the points of a frame relative to the centre; return whether all were there; see `place_points`."""
     cdef int64_t d
-    # CHECK place_points is called with several kinds of arguments
-    head = &bank.head.at[0]
-    whole = place_points(pose, bank.points, positions, (head.axis, head.sign))
+    cdef bint whole
+    whole = place_points(pose, points, positions, axis, sign)
     for d in range(3):  # directions of bones do not depend on where the body is
-        pose.at[d] = <float>0.0
+        pose.at[d] = 0.0
     return whole
 
 
-cdef inline bint assume_missing(FloatRows pose, Floats absences, FollowBank* bank, FloatRows positions) noexcept nogil:
+cdef inline bint assume_missing(
+    FloatRows pose, float* absences, FollowBank* bank, FloatRows positions
+) noexcept nogil:
     """Set the points that are missing as a movement begins to where they are at the begin of the first example.
 
     They count as hidden until they are seen.
@@ -31,114 +31,110 @@ cdef inline bint assume_missing(FloatRows pose, Floats absences, FollowBank* ban
     Args:
         pose: (K, 3) m relative to the centre.
         absences: (K,) s.
-        bank: `Bank`.
-        positions: (J, 3) of the frame.
+        bank: What is followed.
+        positions: (J, 3) m of the frame.
 
     Returns:
         Whether the centre is there: without it nothing can be followed.
     """
     cdef FloatRows assumed
     cdef int64_t k, d
-    # CHECK is_hidden is called with several kinds of arguments
-    # CHECK call of first_pose: first_pose(bank)
     if is_hidden(bank.points, 0, positions):
         return False
     assumed = first_pose(bank)
-    for k in range(1, absences.count):
+    for k in range(1, pose.rows):
         if is_hidden(bank.points, k, positions):
             for d in range(3):
-                pose.at[k * pose.columns + d] = assumed.at[k * assumed.columns + d]
-            absences.at[k] = <float>INFINITY
+                pose.at[3 * k + d] = assumed.at[3 * k + d]
+            absences[k] = INFINITY
     return True
 
 
-cdef inline void note_absences(Floats absences, FollowBank* bank, FloatRows positions, bint whole, double seconds) noexcept nogil:
+cdef inline void note_absences(
+    float* absences, FollowBank* bank, FloatRows positions, bint whole, double seconds
+) noexcept nogil:
     """Note for how long each point has been missing.
 
     Args:
         absences: (K,) s.
-        bank: `Bank`.
-        positions: (J, 3) of a frame.
+        bank: What is followed.
+        positions: (J, 3) m of a frame.
         whole: Whether no point is missing in it.
         seconds: Since the frame before.
     """
     cdef int64_t k
-    # CHECK is_hidden is called with several kinds of arguments
-    for k in range(absences.count):
+    for k in range(bank.head.points):
         if whole or not is_hidden(bank.points, k, positions):
-            absences.at[k] = <float>0.0
+            absences[k] = 0.0
         else:
-            absences.at[k] += <float>seconds
+            absences[k] += <float>seconds
 
 
-cdef inline void keep_sample(FloatRows line, Bytes hidden, FollowMemory* known, FollowBank* bank) noexcept nogil:
-    """Keep the directions of the sample that was taken, and which bones were hidden in it.
-
-    Args:
-        line: (B, 3) gets the directions.
-        hidden: (B,) uint8.
-        known: `Memory`.
-        bank: `Bank`.
-    """
-    cdef int64_t b, d
-    cdef FloatRows directions
-    cdef Floats absences
-    cdef BoneSpan bones
-    directions = known.directions
-    absences = known.absences
-    bones = bank.bones
-    for b in range(bones.count):
+cdef inline void keep_sample(
+    FollowMemory* known, FollowBank* bank, int64_t ring, int64_t line
+) noexcept nogil:
+    """Keep the directions of the sample that was taken in a line of a ring, and which bones were hidden in it."""
+    cdef float* kept
+    cdef uint8_t* hidden
+    cdef Bone* bone
+    cdef int64_t b, d, bones
+    bones = bank.head.bones
+    kept = row_of_ring(known, ring, line)
+    hidden = known.hidden.at + (ring * known.hidden.rows + line) * bones
+    for b in range(bones):
+        bone = &bank.bones[b]
         for d in range(3):
-            line.at[b * line.columns + d] = directions.at[b * directions.columns + d]
-        hidden.at[b] = max(absences.at[bones.at[b].begin], absences.at[bones.at[b].end]) > LONGEST_HOLE
+            kept[3 * b + d] = known.directions.at[3 * b + d]
+        hidden[b] = max(known.absences[bone.begin], known.absences[bone.end]) > LONGEST_HOLE
 
 
 cdef void take_sample(FollowMemory* known, FollowBank* bank, double share, double seconds) noexcept nogil:
     """Write the directions of bones between the last two frames, as of a body that faces the same way all the time.
 
     Args:
-        known: `Memory`; the later frame is `poses[1]`.
-        bank: `Bank`.
+        known: What is known of the performer; the later frame is `poses[1]`.
+        bank: What is followed.
         share: Of the way from the earlier to the later frame, 0..1.
         seconds: Since the last sample, s.
     """
+    cdef FloatRows after, before
+    cdef float* direction
     cdef float later, earlier, cosine, sine, x, y, z, length, scale
     cdef int64_t b, begin, end
-    cdef FollowingState* state
-    cdef FloatPlanes poses
-    cdef FloatRows directions
-    cdef BoneSpan bones
-    # CHECK turned_back is called with several kinds of arguments
-    state = &known.state.at[0]
-    poses = known.poses
-    directions = known.directions
-    bones = bank.bones
+    before, after = plane_of_floats(known.poses, 0), plane_of_floats(known.poses, 1)
     later = <float>share
     earlier = <float>1.0 - later
-    cosine, sine = _facing(state, &bank.head.at[0], plane_of_floats(poses, 1), known.absences, seconds)
-    for b in range(bones.count):
-        begin, end = bones.at[b].begin, bones.at[b].end
-        x = later * (poses.at[(1 * poses.rows + end) * poses.columns + 0] - poses.at[(1 * poses.rows + begin) * poses.columns + 0]) + earlier * (poses.at[(0 * poses.rows + end) * poses.columns + 0] - poses.at[(0 * poses.rows + begin) * poses.columns + 0])
-        y = later * (poses.at[(1 * poses.rows + end) * poses.columns + 1] - poses.at[(1 * poses.rows + begin) * poses.columns + 1]) + earlier * (poses.at[(0 * poses.rows + end) * poses.columns + 1] - poses.at[(0 * poses.rows + begin) * poses.columns + 1])
-        z = later * (poses.at[(1 * poses.rows + end) * poses.columns + 2] - poses.at[(1 * poses.rows + begin) * poses.columns + 2]) + earlier * (poses.at[(0 * poses.rows + end) * poses.columns + 2] - poses.at[(0 * poses.rows + begin) * poses.columns + 2])
+    cosine, sine = _follow_facing(known, bank.head, after, seconds)
+    for b in range(bank.head.bones):
+        begin, end = 3 * bank.bones[b].begin, 3 * bank.bones[b].end
+        x = later * (after.at[end] - after.at[begin]) + earlier * (before.at[end] - before.at[begin])
+        y = later * (after.at[end + 1] - after.at[begin + 1]) + earlier * (
+            before.at[end + 1] - before.at[begin + 1]
+        )
+        z = later * (after.at[end + 2] - after.at[begin + 2]) + earlier * (
+            before.at[end + 2] - before.at[begin + 2]
+        )
         length = sqrtf(x * x + y * y + z * z)
         scale = <float>1.0 / max(length, SMALLEST)
-        x, z = turned_back(x, z, cosine, sine)
-        directions.at[b * directions.columns + 0] = scale * x
-        directions.at[b * directions.columns + 1] = scale * y
-        directions.at[b * directions.columns + 2] = scale * z
+        x, z = turned_back_in_floats(x, z, cosine, sine)
+        direction = known.directions.at + 3 * b
+        direction[0], direction[1], direction[2] = scale * x, scale * y, scale * z
 
 
-cdef inline (float, float) _facing(FollowingState* state, BankHead* head, FloatRows pose, Floats absences, double seconds) noexcept nogil:
+cdef inline (float, float) _follow_facing(
+    FollowMemory* known, FollowHead* head, FloatRows pose, double seconds
+) noexcept nogil:
     """Let the facing follow hips and shoulders that are seen; return the cosine and the sine of the heading."""
-    cdef (int64_t, int64_t, int64_t, int64_t) girdles
+    cdef FollowingState* state
+    cdef int64_t girdles[4]
     cdef double share, cosine, sine
     cdef float x, z
-    # CHECK facing_of is called with several kinds of arguments
-    # CHECK heading is called with several kinds of arguments
-    if head.left < 0:
-        return (<float>1.0, <float>0.0)
-    girdles = (_seen(head.left, absences), _seen(head.right, absences), _seen(head.left_shoulder, absences), _seen(head.right_shoulder, absences))
+    cdef int64_t i
+    if head.girdles[0] < 0:
+        return 1.0, 0.0
+    state = known.state
+    for i in range(4):
+        girdles[i] = _seen_point(head.girdles[i], known.absences)
     x, z = facing_of(pose, girdles)
     share = 1.0 if state.samples == 0 else 1.0 - exp(-seconds / FACING_TIME)
     if x * x + z * z == 0.0:  # neither both hips nor both shoulders are seen
@@ -146,9 +142,9 @@ cdef inline (float, float) _facing(FollowingState* state, BankHead* head, FloatR
     state.facing[0] += share * (x - state.facing[0])
     state.facing[1] += share * (z - state.facing[1])
     cosine, sine = heading(state.facing[0], state.facing[1])
-    return (<float>cosine, <float>sine)
+    return <float>cosine, <float>sine
 
 
-cdef inline int64_t _seen(int64_t point, Floats absences) noexcept nogil:
+cdef inline int64_t _seen_point(int64_t point, float* absences) noexcept nogil:
     """Return a point of a girdle; -1 if it is hidden or there is none."""
-    return point if point >= 0 and absences.at[point] <= LONGEST_HOLE else -1
+    return point if point >= 0 and absences[point] <= LONGEST_HOLE else -1

@@ -7,20 +7,11 @@ that are only calculated with may be nearly anything.
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.following.bank import examples_of
-from mossar_stream.following.layout import (
-    BANK_HEAD,
-    BANK_HEAD_BYTES,
-    FOLLOWING_STATE,
-    FOLLOWING_STATE_BYTES,
-    LAYERS,
-    MOVE,
-    MOVE_BYTES,
-    PERIOD,
-    REPORT,
-    ring_size,
-)
+from mossar_stream.core.kernels import FOLLOW_CONSTANTS, follow_cell_parts, follow_memory_parts
+from mossar_stream.following.bank import bank_of
+from mossar_stream.moves.parts import parts_of
 
+PERIOD, LAYERS = FOLLOW_CONSTANTS["PERIOD"], FOLLOW_CONSTANTS["LAYERS"]
 WAYS_ON = 2 * LAYERS  # steps by which a way comes on: from either layer, by one phase or two
 MOST_COUNTED = 1 << 60  # no count is as large
 LONGEST_DIRECTION = 1.001  # of a bone, with rounding
@@ -33,14 +24,16 @@ def is_sound(memory: NDArray[np.uint8], store: NDArray[np.uint8]) -> bool:
         memory: Bytes of it, as many as the bank calls for.
         store: The bank.
     """
-    count = int(_head(store)["moves"])
-    state = memory[:FOLLOWING_STATE_BYTES].view(FOLLOWING_STATE)[0]
-    moves = memory[FOLLOWING_STATE_BYTES : FOLLOWING_STATE_BYTES + count * MOVE_BYTES].view(MOVE)
+    parts = parts_of(memory, follow_memory_parts(store))
+    examples = bank_of(store)["examples"]
     return (
-        _time_goes_on(state)
-        and all(_is_sound_move(move, examples_of(store)) for move in moves)
-        and all(_ways_stay_within(memory, example) for example in examples_of(store))
-        and bool((np.abs(_directions(memory, store)) <= LONGEST_DIRECTION).all())
+        _time_goes_on(parts["state"][0])
+        and all(_is_sound_move(move, examples) for move in parts["moves"])
+        and all(_ways_stay_within(memory, store, t) for t in range(len(examples)))
+        and all(
+            bool((np.abs(parts[name]) <= LONGEST_DIRECTION).all())  # NaN is no direction either
+            for name in ("boxes", "rings")
+        )
     )
 
 
@@ -74,24 +67,7 @@ def _is_sound_move(move: np.void, examples: NDArray[np.void]) -> bool:
     )
 
 
-def _ways_stay_within(memory: NDArray[np.uint8], example: np.void) -> bool:
-    """Tell whether no way leads back beyond the first phase of its example."""
-    phases = int(example["phases"])
-    at = int(example["memory"]) + 16 * LAYERS * phases
-    steps = memory[at : at + ring_size(phases) * phases].reshape(-1, phases)
+def _ways_stay_within(memory: NDArray[np.uint8], store: NDArray[np.uint8], t: int) -> bool:
+    """Tell whether no way leads back beyond the first phase of example t."""
+    steps = parts_of(memory, follow_cell_parts(store, t))["steps"]
     return bool((steps < WAYS_ON).all() and (steps[:, :2] % 2 == 0).all())
-
-
-def _directions(memory: NDArray[np.uint8], store: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Return the directions of bones that are remembered: boxes, then rings."""
-    head = _head(store)
-    moves, bones, phases = int(head["moves"]), int(head["bones"]), int(head["phases"])
-    at = FOLLOWING_STATE_BYTES + moves * (MOVE_BYTES + 8 + 8 * (len(REPORT) + int(head["limbs"])))
-    at += 4 * (7 * int(head["points"]) + 3 * bones + 2 * phases + moves * bones)
-    count = 3 * bones * (2 * moves + int(head["strides"]) * int(head["ring"]))
-    return memory[at : at + 4 * count].view(np.float32)
-
-
-def _head(store: NDArray[np.uint8]) -> np.void:
-    found: np.void = store[:BANK_HEAD_BYTES].view(BANK_HEAD)[0]
-    return found

@@ -7,13 +7,12 @@ its range, a minimum where it has fallen and risen by a significant share.
 
 cdef enum:
     STARTS = 4  # of which the last ones are remembered
+    LOOK_BACK = 15  # poses: so far before an onset a move may have begun
 cdef double AVERAGED = 0.12  # s, of speed
 cdef double ONSET = 0.12  # of the range: faster is moving
 cdef double SIGNIFICANT = 0.06  # of the range: what a minimum must be lower than its surroundings
 cdef double HALF_LIFE = 20.0  # s, of the range
 cdef double LEAST_RANGE = 0.3  # m/s
-cdef enum:
-    LOOK_BACK = 15  # poses: so far before an onset a move may have begun
 
 cdef struct MoveActivity:
     double range  # m/s, largest speed, decaying
@@ -23,12 +22,12 @@ cdef struct MoveActivity:
     double top  # m/s, largest speed since the last minimum
     double low  # m/s, least speed since the last maximum
     int64_t low_pose  # when that was
-    int64_t starts[4]  # numbers of poses where moves may have begun, the latest first; -1 for none
+    int64_t starts[STARTS]  # numbers of poses where moves may have begun, the latest first; -1 for none
 
 
-cdef void activity_start_activity(MoveActivity* activity) noexcept nogil:
+cdef void start_move_activity(MoveActivity* activity) noexcept nogil:
     """Forget everything but the range."""
-    # CHECK Slice: :
+    cdef int64_t i
     activity.range = max(activity.range, LEAST_RANGE)
     activity.speed = 0.0
     activity.moving = 0
@@ -36,67 +35,55 @@ cdef void activity_start_activity(MoveActivity* activity) noexcept nogil:
     activity.top = 0.0
     activity.low = 0.0
     activity.low_pose = 0
-    activity.starts[:] = -1
+    for i in range(STARTS):
+        activity.starts[i] = -1
 
 
-cdef void activity_follow_activity(MoveActivity* activity, Doubles speeds, Doubles times, int64_t first, int64_t pose) noexcept nogil:
-    """Take in the speed at a pose.
-
-    Args:
-        activity: Record.
-        speeds: (RING,) m/s.
-        times: (RING,) s.
-        first: Number of the first pose since the last gap.
-        pose: Number of this pose, above `first`.
-    """
+cdef void follow_move_activity(MoveActivity* activity, Track* track) noexcept nogil:
+    """Take in the speed at the last pose, before which there is another one since the last gap."""
     cdef double seconds, speed
-    cdef int64_t moving
-    # CHECK sign (C truncates): pose % RING; (pose - 1) % RING
-    # CHECK power 0.5 ** (seconds / HALF_LIFE): f8 ** f8
-    seconds = times.at[pose % RING] - times.at[(pose - 1) % RING]
-    speed = activity.speed = mean_speed(speeds, times, first, pose)
-    activity.range = max(activity.range * pow(0.5, seconds / HALF_LIFE), speed, LEAST_RANGE)
+    cdef int64_t pose, moving
+    pose = track.poses - 1
+    seconds = track.times[pose % RING] - track.times[(pose - 1) % RING]
+    speed = activity.speed = mean_speed(track, pose)
+    activity.range = max(activity.range * exp2(-seconds / HALF_LIFE), speed, LEAST_RANGE)
     moving = 1 if speed > ONSET * activity.range else 0
     if moving != activity.moving:
         activity.moving = moving
         if moving:
-            _activity_begin(activity, speed, _rise(speeds, times, first, pose))
+            activity.rising = 1
+            activity.top = speed
+            _remember_start(activity, _rise(track, pose))
     elif moving:
         _find_minimum(activity, speed, pose)
 
 
-cdef inline double mean_speed(Doubles speeds, Doubles times, int64_t first, int64_t pose) noexcept nogil:
-    """Return the mean speed over the last `AVERAGED` seconds, m/s."""
-    cdef double total
+cdef inline double mean_speed(Track* track, int64_t pose) noexcept nogil:
+    """Return the mean speed over the last `AVERAGED` seconds up to a pose, m/s."""
+    cdef double total, time
     cdef int64_t count
-    # CHECK sign (C truncates): pose % RING; (pose - count) % RING
     total = 0.0
     count = 0
-    while pose - count > first and times.at[pose % RING] - times.at[(pose - count) % RING] < AVERAGED - EARLY:
-        total += speeds.at[(pose - count) % RING]
+    time = track.times[pose % RING]
+    while pose - count > track.first and time - track.times[(pose - count) % RING] < AVERAGED - EARLY:
+        total += track.speed[(pose - count) % RING]
         count += 1
     return total / max(count, 1)
 
 
-cdef inline int64_t _rise(Doubles speeds, Doubles times, int64_t first, int64_t pose) noexcept nogil:
+cdef inline int64_t _rise(Track* track, int64_t pose) noexcept nogil:
     """Return where the rise began that led above the threshold."""
-    cdef int64_t here
     cdef double last, before
+    cdef int64_t here
     here = pose
-    last = mean_speed(speeds, times, first, here)
-    while here - 1 > max(first, pose - LOOK_BACK):
-        before = mean_speed(speeds, times, first, here - 1)
+    last = mean_speed(track, here)
+    while here - 1 > max(track.first, pose - LOOK_BACK):
+        before = mean_speed(track, here - 1)
         if not before < last:
             break
         here -= 1
         last = before
     return here
-
-
-cdef inline void _activity_begin(MoveActivity* activity, double speed, int64_t pose) noexcept nogil:
-    activity.rising = 1
-    activity.top = speed
-    _remember(activity, pose)
 
 
 cdef inline void _find_minimum(MoveActivity* activity, double speed, int64_t pose) noexcept nogil:
@@ -114,10 +101,10 @@ cdef inline void _find_minimum(MoveActivity* activity, double speed, int64_t pos
     elif speed > activity.low + significant:
         activity.rising = 1
         activity.top = speed
-        _remember(activity, activity.low_pose)
+        _remember_start(activity, activity.low_pose)
 
 
-cdef inline void _remember(MoveActivity* activity, int64_t pose) noexcept nogil:
+cdef inline void _remember_start(MoveActivity* activity, int64_t pose) noexcept nogil:
     cdef int64_t i
     for i in range(STARTS - 1, 0, -1):
         activity.starts[i] = activity.starts[i - 1]

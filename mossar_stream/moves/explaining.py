@@ -5,8 +5,8 @@ from typing import Literal
 import msgspec
 
 Reason = Literal["", "cost", "lead", "posture", "agreement", "pause"]
+# In the order of `BY_NOTHING`, ... in recogniser.pxi.
 REASONS: tuple[Reason, ...] = ("", "cost", "lead", "posture", "agreement", "pause")
-BY_NOTHING, BY_COST, BY_LEAD, BY_POSTURE, BY_AGREEMENT, BY_PAUSE = range(6)
 
 
 class Explanation(msgspec.Struct, frozen=True):

@@ -9,11 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.simd import padded
-from mossar_stream.moves.bank import compare_with_all, example_poses, make_store, path_of
+from mossar_stream.core.kernels import compare_with_all
+from mossar_stream.moves.bank import example_poses, make_store, path_of, store_of
 from mossar_stream.moves.example import Example
 from mossar_stream.moves.joints import shared_joints
-from mossar_stream.moves.recogniser import STORE, STORE_BYTES
 from mossar_stream.moves.rules import USUAL, Facing
 from mossar_stream.skeleton import Skeleton
 
@@ -54,9 +53,10 @@ def costs_of(
     Returns:
         (n,) costs, of which the least is the likeliest, and (n,) cosines.
     """
-    costs = np.zeros(int(store[:STORE_BYTES].view(STORE)[0]["examples"]))
+    head = store_of(store)["head"][0]
+    costs = np.zeros(int(head["examples"]))
     _, ours, _ = shared_joints(skeleton, skeleton)
-    poses = example_poses(movement, len(skeleton), ours, padded(3 * len(ours)))
+    poses = example_poses(movement, len(skeleton), ours, int(head["numbers"]))
     postures = np.zeros(len(costs))
     compare_with_all(store, poses, path_of(poses), costs, postures)
     return costs, postures

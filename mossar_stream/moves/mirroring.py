@@ -7,9 +7,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.core.kernels import mean_heading
 from mossar_stream.errors import MovesError
 from mossar_stream.moves.example import Example
-from mossar_stream.moves.facing import girdles_of, mean_heading
+from mossar_stream.moves.facing import girdles_of
 from mossar_stream.moves.joints import known_joints
 from mossar_stream.moves.points import UPWARDS
 from mossar_stream.moves.pose import Pose

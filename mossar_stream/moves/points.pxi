@@ -6,9 +6,12 @@ frames follow each other.
 
 cdef double LATE = 1.0  # s, frames that are so late are repeated or out of order
 cdef double MAX_STEP = 0.25  # s, a longer time without frames breaks the movement
-cdef double EARLY = 1e-06  # s, for the rounding of times: where the clock's origin lies must not matter
-# CHECK tuple Y_UP = (1, 1.0)  # axis and sign
-cdef float FARTHEST_SUM = 100000.0  # m, of the three coordinates
+cdef double EARLY = 1e-6  # s, for the rounding of times: where the clock's origin lies must not matter
+cdef float FARTHEST_SUM = <float>FARTHEST  # m, of the three coordinates
+
+cdef struct JointPair:  # Two joints of a stream, in whose middle a point lies.
+    int64_t one  # -1 for the mean of all joints
+    int64_t other  # the same as `one` for the joint itself
 
 
 cdef inline bint is_new(int64_t frames, double time, double latest, double spacing) noexcept nogil:
@@ -28,30 +31,28 @@ cdef inline bint follows(int64_t frames, double time, double latest) noexcept no
     return frames > 0 and 0.0 < time - latest <= MAX_STEP + EARLY
 
 
-cdef inline bint place_points(FloatRows pose, TrackJointSpan points, FloatRows positions, (int64_t, double) up) noexcept nogil:
+cdef inline bint place_points(
+    FloatRows pose, JointPair* points, FloatRows positions, int64_t axis, float sign
+) noexcept nogil:
     """Set a pose to the points of a frame, y upwards; a missing point, or one beyond 100 km, stays where it was.
 
     Args:
-        pose: (K, 3) float32 m, the pose before; the centre's own place, then the other points relative to it.
-        points: (K,) records with two joints, `one` and `other`, in whose middle a point lies; -1 for the mean of all joints.
-        positions: (J, 3) float32 m, NaN where a joint is missing.
-        up: Axis that points upwards, and its sign.
+        pose: (K, 3) m, the pose before; the centre's own place, then the other points relative to it.
+        points: (K,) which joints they are.
+        positions: (J, 3) m, NaN where a joint is missing.
+        axis: That points upwards.
+        sign: Of that axis, 1 or -1.
 
     Returns:
         Whether all points were there.
     """
-    cdef double sign
-    cdef bint whole
     cdef float x, y, z, px, py, pz
-    cdef int64_t k, axis
-    # CHECK numba gave sign the types float32, float64
-    # CHECK _place_of is called with several kinds of arguments
-    axis, sign = up
-    sign = <float>sign
+    cdef int64_t k
+    cdef bint whole
     whole = True
-    x = y = z = <float>0.0
-    for k in range(points.count):
-        px, py, pz = _place_of(&points.at[k], positions)
+    x = y = z = 0.0
+    for k in range(pose.rows):
+        px, py, pz = _place_of(&points[k], positions)
         if k == 0:
             x, y, z = px, py, pz
         else:
@@ -63,46 +64,48 @@ cdef inline bint place_points(FloatRows pose, TrackJointSpan points, FloatRows p
             px, py, pz = pz, px, py
         elif axis == 2:
             px, py, pz = py, pz, px
-        pose.at[k * pose.columns + 0], pose.at[k * pose.columns + 1], pose.at[k * pose.columns + 2] = sign * px, sign * py, pz
+        pose.at[3 * k], pose.at[3 * k + 1], pose.at[3 * k + 2] = sign * px, sign * py, pz
     return whole
 
 
-cdef inline bint is_hidden(TrackJointSpan points, int64_t k, FloatRows positions) noexcept nogil:
+cdef inline bint is_hidden(JointPair* points, int64_t k, FloatRows positions) noexcept nogil:
     """Tell whether `place_points` leaves point k where it was, because it is missing or too far; arguments as there."""
     cdef float x, y, z, px, py, pz
-    # CHECK _place_of is called with several kinds of arguments
-    x, y, z = _place_of(&points.at[0], positions)
+    x, y, z = _place_of(&points[0], positions)
     if k == 0:
         return not _is_near(x, y, z)
-    px, py, pz = _place_of(&points.at[k], positions)
+    px, py, pz = _place_of(&points[k], positions)
     return not _is_near(px - x, py - y, pz - z)
 
 
-cdef inline (float, float, float) _place_of(TrackJoint* point, FloatRows positions) noexcept nogil:
+cdef inline (float, float, float) _place_of(JointPair* point, FloatRows positions) noexcept nogil:
     """Return where a point lies in a frame, m; NaN if a joint is missing."""
+    cdef const float* one
+    cdef const float* other
     cdef float half
-    cdef int64_t a, b
-    a, b = point.one, point.other
-    if a < 0:
-        return _mean(positions)
-    half = <float>0.5
-    return (half * (positions.at[a * positions.columns + 0] + positions.at[b * positions.columns + 0]), half * (positions.at[a * positions.columns + 1] + positions.at[b * positions.columns + 1]), half * (positions.at[a * positions.columns + 2] + positions.at[b * positions.columns + 2]))
+    if point.one < 0:
+        return _mean_of_joints(positions)
+    one, other = positions.at + 3 * point.one, positions.at + 3 * point.other
+    half = 0.5
+    return half * (one[0] + other[0]), half * (one[1] + other[1]), half * (one[2] + other[2])
 
 
 cdef inline bint _is_near(float x, float y, float z) noexcept nogil:
     return abs(x) + abs(y) + abs(z) < FARTHEST_SUM
 
 
-cdef inline (float, float, float) _mean(FloatRows positions) noexcept nogil:
+cdef inline (float, float, float) _mean_of_joints(FloatRows positions) noexcept nogil:
+    cdef const float* joint
     cdef float x, y, z, share
     cdef int64_t count, j
-    x = y = z = <float>0.0
+    x = y = z = 0.0
     count = 0
     for j in range(positions.rows):
-        if not isnan(positions.at[j * positions.columns + 0] + positions.at[j * positions.columns + 1] + positions.at[j * positions.columns + 2]):
-            x += positions.at[j * positions.columns + 0]
-            y += positions.at[j * positions.columns + 1]
-            z += positions.at[j * positions.columns + 2]
+        joint = positions.at + 3 * j
+        if not isnan(joint[0] + joint[1] + joint[2]):
+            x += joint[0]
+            y += joint[1]
+            z += joint[2]
             count += 1
     share = <float>1.0 / <float>count
     return x * share, y * share, z * share

@@ -10,35 +10,34 @@ player left out in turn; they lie in the middle of wide plateaus.
 """
 
 cdef double COMPARED_EVERY = 0.1  # s
-cdef enum:
-    AGREED = 2  # comparisons in a row that must name the same move
 cdef double MOST = -0.75  # natural logarithm of a move's largest cost, where no rule says otherwise
 cdef double STRICT_WORTH = 2.0  # by how much that is lower for a strictness of 1 than for 0
 cdef double LEAD_WORTH = 0.8  # by how much a lead of 1 raises that
-cdef double LEAD_COUNTED = 0.7  # of a lead (natural logarithm of the next move's cost over this one's) at most so much counts
+# Of a lead (natural logarithm of the next move's cost over this one's) at most so much counts.
+cdef double LEAD_COUNTED = 0.7
 cdef double FALLEN = 0.7  # of the peak of speed; comparisons begin below it
 cdef double LOUD = 0.15  # m/s, mean over the joints: slower is rest
 cdef double QUIET = 0.67  # s after the last loud pose for which comparisons go on
-cdef enum:
-    SHORTEST = 8  # poses, s, of a stretch
-cdef double LONGEST = 3.0
+cdef double LONGEST = 3.0  # s, of a stretch
 cdef double REVISED = 0.5  # natural logarithm of how much cheaper another move must be to replace the one recognised
 cdef double SETTLED = 1.5  # s after which a recognised move is final at the latest
+cdef float RIVALS = exp(LEAD_COUNTED)  # costs beyond so many times the best do not matter
+cdef float HANDICAP = exp(REVISED)
 cdef enum:
-    CONFIRMED = 1  # what happened at a frame
+    AGREED = 2  # comparisons in a row that must name the same move
+    SHORTEST = 8  # poses, of a stretch
+cdef enum:  # what happened at a frame
+    CONFIRMED = 1
     FINAL = 2
     WITHDRAWN = 4
     EXPLAINED = 8
-cdef float RIVALS = 2.0137526988983154  # costs beyond so many times the best do not matter
-cdef float HANDICAP = 1.6487212181091309
-cdef enum:
-    RECOGNITION_STATE_BYTES = RECOGNITION_STATE.itemsize
-    ROWS = DIRECTIONS + 3  # of an example in `Bank.rows`: directions, box, shares, stance
-    STORE_BYTES = 80
-    JOINT_BYTES = 24
-    EXAMPLE_BYTES = 32
-    RULE_BYTES = 16
-    SCRATCH_ROWS = POINTS + DIRECTIONS + 4  # of numbers: points, directions, shares, stance, box, low; then size and warping
+cdef enum:  # what kept a move from being recognised
+    BY_NOTHING = 0
+    BY_COST = 1
+    BY_LEAD = 2
+    BY_POSTURE = 3
+    BY_AGREEMENT = 4
+    BY_PAUSE = 5
 
 cdef struct Decision:
     double next_comparison  # s, when stretches are compared next; nothing happens before, if no move is open
@@ -54,7 +53,7 @@ cdef struct FoundMove:
     int64_t number  # counts the performer's moves
     int64_t take  # in which it was confirmed
     int64_t limb  # that led, -1 for none
-    double cost  # see measure.py
+    double cost  # see measure.pxi
     int64_t first  # number of the pose where it begins
     double start  # s
     double end  # s
@@ -63,12 +62,12 @@ cdef struct FoundMove:
 
 cdef struct Nearest:
     int64_t open  # whether a movement goes on of which something is known
-    int64_t kept  # index into `explaining.REASONS`: what kept it from being recognised
+    int64_t kept  # `BY_...`, what kept it from being recognised
     int64_t move  # that was nearest
     int64_t second  # the nearest other move, -1 for none
     double value  # what the logarithm of its cost, less its lead, was above the most; the least of the movement
     double most  # logarithm of what it might have cost without a lead
-    double cost  # see measure.py
+    double cost  # see measure.pxi
     double second_cost
     double posture  # factor of the cost that is due to another posture
     double start  # s
@@ -87,139 +86,85 @@ cdef struct RecognitionState:
     double time  # s, of that frame
 
 
-cdef struct MoveExample:
-    int64_t move  # that it is an example of
-    float size  # m, diagonal of its box
-    float cost  # of the best stretch of this comparison; scratch
-    float near  # the same of all stretches, where movements are explained
-    float near_posture  # factor of `near` that is due to another posture
-    int64_t near_first  # pose where that stretch begins
+cdef struct MoveMemory:  # The parts of a performer's memory.
+    RecognitionState* state
+    FloatRows poses  # (RING + RAW, D) m; see `add_track_pose`
+    double* last_times  # (M,) s, when each move was confirmed last; -inf for never
+    uint8_t* end
 
 
-cdef struct MoveRule:
-    double most  # natural logarithm of the largest cost, see `MOST`
-    double again  # s after it was confirmed during which it is not confirmed again
+cdef MoveMemory open_move_memory(uint8_t* memory, MoveStore* head) noexcept nogil:
+    """Return the parts of a performer's memory; nothing of it is read."""
+    cdef MoveMemory known
+    known.state = <RecognitionState*>memory
+    known.poses = floats_in_rows(<float*>(memory + sizeof(RecognitionState)), RING + RAW, head.numbers)
+    known.last_times = <double*>(known.poses.at + known.poses.rows * known.poses.columns)
+    known.end = <uint8_t*>(known.last_times + head.moves)
+    return known
 
 
-cdef struct MoveStore:
-    int64_t joints  # K
-    int64_t examples  # T
-    int64_t numbers  # D
-    int64_t moves  # M
-    double bar  # see `Bank`
-    int64_t girdles[4]  # of the joints, see `facing.GIRDLES`; -1: moves are recognised as they were shown
-    int64_t explains  # whether what came nearest in a movement is reported, too; it is in `nearest`
-
-
-cdef struct MoveBank:  # The examples of all moves, described for the joints of one stream, and scratch; views of a store.
-    TrackJointSpan joints  # (K,) JOINT
-    Ints girdles  # (4,) of these joints
-    MoveExampleSpan examples  # (T,) EXAMPLE
-    MoveRuleSpan rules  # (M,) RULE
-    float bar  # no stretch that costs more can be recognised as any move
-    FloatRows rows  # (T·ROWS, D)
-    Floats begin  # (D,) m, first pose of the first example: where a joint is that was never seen
-    int64_t explains  # whether movements are explained
-    Description scratch
-
-
-# NOT COMPILED IN ANY RUN: open_store
-# def open_store(store):
-#     """Return the bank that a store holds."""
-#     head = part(store, 0, STORE, (1,))[0]
-#     joints, examples, numbers = head.joints, head.examples, head.numbers
-#     at_examples = STORE_BYTES + joints * JOINT_BYTES
-#     at_rules = at_examples + examples * EXAMPLE_BYTES
-#     at_rows = at_rules + head.moves * RULE_BYTES
-#     line = 4 * numbers
-#     at_begin = at_rows + examples * ROWS * line
-#     at_scratch = at_begin + line
-#     after = at_scratch + SCRATCH_ROWS * line
-#     return Bank(
-#         part(store, STORE_BYTES, JOINT, (joints,)),
-#         head.girdles,
-#         part(store, at_examples, EXAMPLE, (examples,)),
-#         part(store, at_rules, RULE, (head.moves,)),
-#         np.float32(head.bar),
-#         part(store, at_rows, np.float32, (examples * ROWS, numbers)),
-#         part(store, at_begin, np.float32, (numbers,)),
-#         head.explains,
-#         Description(
-#             part(store, at_scratch, np.float32, (POINTS, numbers)),
-#             part(store, at_scratch + POINTS * line, np.float32, (DIRECTIONS, numbers)),
-#             part(store, after - 4 * line, np.float32, (numbers,)),
-#             part(store, after - 3 * line, np.float32, (numbers,)),
-#             part(store, after - 2 * line, np.float32, (numbers,)),
-#             part(store, after, np.float32, (1,)),
-#             part(store, after - line, np.float32, (numbers,)),
-#             part(store, after + 4, np.float32, (2, DIRECTIONS + 1)),
-#         ),
-#     )
-
-
-# ENTRY: called from Python
-cdef int64_t recognise(Bytes memory, Bytes store, FloatRows positions, double time) noexcept nogil:
+cdef int64_t recognise(
+    uint8_t* memory, int64_t memory_bytes, uint8_t* store, int64_t store_bytes,
+    float* positions, int64_t joints, double time,
+) noexcept nogil:
     """Process a frame; a function as readers have it.
 
     Args:
-        memory: (memory_bytes,) uint8 of the performer.
-        store: (store_bytes,) uint8, the examples.
-        positions: (J, 3) float32 metres; NaN where a joint is missing.
+        memory: Of the performer.
+        memory_bytes: Its size.
+        store: The examples.
+        store_bytes: Its size.
+        positions: (joints, 3) m; NaN where a joint is missing.
+        joints: How many there are.
         time: s.
 
     Returns:
         1 if a move changed, see `happened` of its record; else 0.
     """
     cdef MoveBank bank
+    cdef MoveMemory known
     cdef RecognitionState* state
-    cdef int64_t numbers
-    cdef FloatRows poses
-    cdef Doubles last_times
-    # CHECK call of open_store: open_store(store)
-    # CHECK call of part: part(memory, 0, RECOGNITION_STATE, (1,))
-    # CHECK subscript part(memory, 0, RECOGNITION_STATE, (1,))[0]
-    # CHECK call of part: part(memory, RECOGNITION_STATE_BYTES, np.float32, (RING + RAW, numbers))
-    # CHECK call of part: part(memory, RECOGNITION_STATE_BYTES + 4 * (RING + RAW) * numbers, np.float64, (bank.rules.size,))
-    bank = open_store(store)
-    state = part(memory, 0, RECOGNITION_STATE, (1,))[0]
+    bank = open_move_store(store)
+    known = open_move_memory(memory, bank.head)
+    state = known.state
     if not is_new(state.track.poses, time, state.track.time, TICK - EARLY):
         return 0
-    numbers = bank.scratch.box.count
-    poses = part(memory, RECOGNITION_STATE_BYTES, np.float32, (RING + RAW, numbers))
-    last_times = part(memory, RECOGNITION_STATE_BYTES + 4 * (RING + RAW) * numbers, np.float64, (bank.rules.count))
-    _recogniser_follow(state, poses, last_times, &bank, positions, time)
+    _follow_moves(&known, &bank, floats_in_rows(positions, joints, 3), time)
     state.due = state.track.time + TICK - EARLY if state.track.poses > 0 else -INFINITY
     return 1 if state.happened != 0 else 0
 
 
-cdef void _recogniser_follow(RecognitionState* state, FloatRows poses, Doubles last_times, MoveBank* bank, FloatRows positions, double time) noexcept nogil:
+cdef void _follow_moves(MoveMemory* known, MoveBank* bank, FloatRows positions, double time) noexcept nogil:
     """Take one frame in."""
+    cdef RecognitionState* state
+    cdef int64_t was_moving
     cdef bint goes_on, rests
-    cdef int64_t pose, was_moving
+    state = known.state
     state.happened = 0
     state.time = time
-    goes_on = track_add_pose(&state.track, poses, positions, bank, time)
+    goes_on = add_track_pose(&state.track, known.poses, positions, bank, time)
     if state.track.poses == 0:
         return
     if not goes_on:
-        _recogniser_settle(state, FINAL)
+        _settle_move(state, FINAL)
         if state.nearest.open == 1:
             _explain(state)
-        _start(state, time)
+        _start_recognition(state, time)
         return
-    pose = state.track.poses - 1
     was_moving = state.activity.moving
-    activity_follow_activity(&state.activity, state.track.speed, state.track.times, state.track.first, pose)
+    follow_move_activity(&state.activity, &state.track)
     if _is_comparison_due(&state.decision, &state.activity, was_moving, time):
-        _compare_stretches(state, poses, last_times, bank, pose)
-    elif bank.explains != 0:
+        _compare_stretches(known, bank)
+    elif bank.head.explains != 0:
         _end_movement(state, time)
     rests = state.activity.moving == 0 or time - state.found.time > SETTLED + EARLY
-    if rests and state.found.move >= 0 and state.happened & ~EXPLAINED == 0:
-        _recogniser_settle(state, FINAL)
+    if rests and state.found.move >= 0 and (state.happened & ~EXPLAINED) == 0:
+        _settle_move(state, FINAL)
 
 
-cdef inline bint _is_comparison_due(Decision* decision, MoveActivity* activity, int64_t was_moving, double time) noexcept nogil:
+cdef inline bint _is_comparison_due(
+    Decision* decision, MoveActivity* activity, int64_t was_moving, double time
+) noexcept nogil:
     cdef double speed
     speed = activity.speed
     decision.peak = speed if activity.moving > was_moving else max(decision.peak, speed)
@@ -231,133 +176,138 @@ cdef inline bint _is_comparison_due(Decision* decision, MoveActivity* activity, 
     return time - decision.loud <= QUIET + EARLY and speed <= FALLEN * decision.peak
 
 
-cdef void _start(RecognitionState* state, double time) noexcept nogil:
-    cdef Decision* decision
-    activity_start_activity(&state.activity)
-    decision = &state.decision
-    decision.next_comparison = time
-    decision.loud = -INFINITY
+cdef void _start_recognition(RecognitionState* state, double time) noexcept nogil:
+    start_move_activity(&state.activity)
+    state.decision.next_comparison = time
+    state.decision.loud = -INFINITY
+    _decide_anew(&state.decision, state.track.first)
+
+
+cdef inline void _decide_anew(Decision* decision, int64_t from_pose) noexcept nogil:
+    """Let the next move begin at a pose or later."""
+    decision.from_pose = from_pose
     decision.peak = 0.0
-    decision.from_pose = state.track.first
     decision.leader = -1
     decision.agreed = 0
 
 
-cdef void _recogniser_settle(RecognitionState* state, int64_t how) noexcept nogil:
+cdef void _settle_move(RecognitionState* state, int64_t how) noexcept nogil:
     """Say what became of the last move recognised."""
     if state.found.move >= 0:
-        _recogniser_copy(&state.before, &state.found)
+        state.before = state.found
         state.found.move = -1
         state.happened |= how
 
 
-cdef inline void _recogniser_copy(FoundMove* to, FoundMove* found) noexcept nogil:
-    to.move = found.move
-    to.number = found.number
-    to.take = found.take
-    to.limb = found.limb
-    to.cost = found.cost
-    to.first = found.first
-    to.start = found.start
-    to.end = found.end
-    to.time = found.time
-
-
-cdef void _compare_stretches(RecognitionState* state, FloatRows poses, Doubles last_times, MoveBank* bank, int64_t last) noexcept nogil:
-    """Compare the stretches that end at pose `last` with the examples, and decide."""
-    cdef MoveExampleSpan examples
-    cdef int64_t t, i, move, best_first, first
+cdef void _compare_stretches(MoveMemory* known, MoveBank* bank) noexcept nogil:
+    """Compare the stretches that end at the last pose with the examples, and decide."""
+    cdef RecognitionState* state
+    cdef Doubles path
     cdef float best, cost
-    examples = bank.examples
-    for t in range(examples.count):
-        examples.at[t].cost = examples.at[t].near = NEVER
+    cdef int64_t i, t, last, first, best_first, move
+    state = known.state
+    path = doubles(state.track.path, RING)
+    last = state.track.poses - 1
+    for t in range(bank.head.examples):
+        bank.examples[t].cost = bank.examples[t].near = NEVER
     best, best_first = NEVER, -1
     for i in range(STARTS):
         first = max(state.activity.starts[i] - 1, state.track.first)
         if state.activity.starts[i] < 0 or not _may_begin(state, first, last):
             continue
-        measure_describe(poses, state.track.path, first, last, bank)
-        cost = _recogniser_compare(state, bank, first, best)
+        describe_stretch(
+            known.poses, path, first, last, bank.head.joints, bank.head.girdles, &bank.scratch
+        )
+        cost = _compare_examples(state, bank, first, best)
         if cost < best:
             best, best_first = cost, first
-        if bank.explains != 0 and first >= state.decision.from_pose:
-            compare_without_limits(bank, first)
-    if bank.explains != 0:
+        if bank.head.explains != 0 and first >= state.decision.from_pose:
+            _compare_without_limits(bank, first)
+    if bank.head.explains != 0:
         _note_nearest(state, bank)
     if best_first < 0 or not _is_agreed(&state.decision, bank, best):
         return
     move = state.decision.leader
-    if 0.0 <= state.time - last_times.at[move] < bank.rules.at[move].again - EARLY:
+    if 0.0 <= state.time - known.last_times[move] < bank.rules[move].again - EARLY:
         _pass_over(state, last)
         return
-    last_times.at[move] = state.time
-    _confirm(state, poses, bank, best_first, last)
-    if bank.explains != 0:
+    known.last_times[move] = state.time
+    _confirm(known, bank, best_first, last)
+    if bank.head.explains != 0:
         _explain_found(state, bank)
 
 
 cdef inline bint _may_begin(RecognitionState* state, int64_t first, int64_t last) noexcept nogil:
-    cdef Track* track
-    # CHECK sign (C truncates): last % RING; first % RING
-    track = &state.track
     if last - first < SHORTEST or last - first >= RING - 1:
         return False
-    if track.times[last % RING] - track.times[first % RING] > LONGEST + EARLY:
+    if state.track.times[last % RING] - state.track.times[first % RING] > LONGEST + EARLY:
         return False
-    return first >= state.decision.from_pose or state.found.move >= 0 and first >= state.found.first
+    return first >= state.decision.from_pose or (state.found.move >= 0 and first >= state.found.first)
 
 
-cdef float _recogniser_compare(RecognitionState* state, MoveBank* bank, int64_t first, float best) noexcept nogil:
+cdef float _compare_examples(
+    RecognitionState* state, MoveBank* bank, int64_t first, float best
+) noexcept nogil:
     """Note each example's cost where this stretch is the cheapest so far; return the least that is below `best`."""
-    cdef bint revision
+    cdef MoveExample* example
     cdef float bar, limit, factor, cost
-    cdef int64_t t, at
-    cdef Description* scratch
-    cdef MoveExampleSpan examples
-    cdef FloatRows rows
-    scratch = &bank.scratch
-    examples = bank.examples
-    rows = bank.rows
+    cdef int64_t t
+    cdef bint revision
     revision = first < state.decision.from_pose
-    bar = min(bank.bar, <float>state.found.cost) if revision else bank.bar
-    for t in range(examples.count):
-        if revision and examples.at[t].move == state.found.move:
+    bar = <float>bank.head.bar
+    if revision:
+        bar = min(bar, <float>state.found.cost)
+    for t in range(bank.head.examples):
+        example = &bank.examples[t]
+        if revision and example.move == state.found.move:
             continue
-        at = t * ROWS
-        limit = min(examples.at[t].cost, min(best, bar) * RIVALS)
-        factor = strangeness(scratch, row_of_floats(rows, at + DIRECTIONS + 2))
+        limit = min(example.cost, min(best, bar) * RIVALS)
+        factor = _posture_of(bank, t)
         if revision:
             factor *= HANDICAP
         if LEAST_COST * factor >= limit:
             continue
-        factor *= correction(scratch, row_of_floats(rows, at + DIRECTIONS), row_of_floats(rows, at + DIRECTIONS + 1), examples.at[t].size)
+        factor *= _correction_of(bank, t)
         if LEAST_COST * factor >= limit:
             continue
-        cost = factor * warped(scratch, rows_of_floats(rows, at, at + DIRECTIONS), limit / factor)
-        if cost < examples.at[t].cost:
-            examples.at[t].cost = cost
+        cost = factor * warped(&bank.scratch, directions_of_example(bank, t), limit / factor)
+        if cost < example.cost:
+            example.cost = cost
             best = min(best, cost)
     return best
 
 
+cdef inline float _posture_of(MoveBank* bank, int64_t t) noexcept nogil:
+    """Return the factor of what it costs to take the stretch for example t that is due to another posture."""
+    return strangeness(&bank.scratch, row_of_example(bank, t, DIRECTIONS + 2))
+
+
+cdef inline float _correction_of(MoveBank* bank, int64_t t) noexcept nogil:
+    """Return the factor that is due to other shares, boxes and sizes."""
+    return correction(
+        &bank.scratch, row_of_example(bank, t, DIRECTIONS), row_of_example(bank, t, DIRECTIONS + 1),
+        bank.examples[t].size,
+    )
+
+
 cdef inline bint _is_agreed(Decision* decision, MoveBank* bank, float best) noexcept nogil:
     """Tell whether the move with the least cost is recognised now."""
-    cdef MoveExampleSpan examples
-    cdef int64_t move, t
+    cdef MoveExample* examples
     cdef float second
     cdef double lead
+    cdef int64_t move, t
     examples = bank.examples
     move = -1
-    for t in range(examples.count):
-        if examples.at[t].cost == best:
-            move = examples.at[t].move
+    for t in range(bank.head.examples):
+        if examples[t].cost == best:
+            move = examples[t].move
             break
     second = NEVER
-    for t in range(examples.count):
-        if examples.at[t].move != move:
-            second = min(second, examples.at[t].cost)
-    lead = min(logf(second / best), LEAD_COUNTED)
-    if not logf(best) - LEAD_WORTH * lead < bank.rules.at[move].most:
+    for t in range(bank.head.examples):
+        if examples[t].move != move:
+            second = min(second, examples[t].cost)
+    lead = min(<double>logf(second / best), LEAD_COUNTED)
+    if not logf(best) - LEAD_WORTH * lead < bank.rules[move].most:
         decision.leader = -1
         decision.agreed = 0
         return False
@@ -366,19 +316,18 @@ cdef inline bint _is_agreed(Decision* decision, MoveBank* bank, float best) noex
     return decision.agreed >= AGREED
 
 
-cdef void _confirm(RecognitionState* state, FloatRows poses, MoveBank* bank, int64_t first, int64_t last) noexcept nogil:
-    cdef Decision* decision
-    cdef int64_t move, t
-    cdef float cost
+cdef void _confirm(MoveMemory* known, MoveBank* bank, int64_t first, int64_t last) noexcept nogil:
+    cdef RecognitionState* state
     cdef FoundMove* found
-    # CHECK sign (C truncates): first % RING
-    decision = &state.decision
-    move = decision.leader
+    cdef float cost
+    cdef int64_t move, t
+    state = known.state
+    move = state.decision.leader
     cost = NEVER
-    for t in range(bank.examples.count):
-        if bank.examples.at[t].move == move:
-            cost = min(cost, bank.examples.at[t].cost)
-    _recogniser_settle(state, WITHDRAWN if first < decision.from_pose else FINAL)
+    for t in range(bank.head.examples):
+        if bank.examples[t].move == move:
+            cost = min(cost, bank.examples[t].cost)
+    _settle_move(state, WITHDRAWN if first < state.decision.from_pose else FINAL)
     found = &state.found
     found.move = move
     found.number += 1
@@ -386,84 +335,72 @@ cdef void _confirm(RecognitionState* state, FloatRows poses, MoveBank* bank, int
     found.first = first
     found.start = state.track.times[first % RING]
     found.end = found.time = state.time
-    measure_describe(poses, state.track.path, first, last, bank)
+    describe_stretch(
+        known.poses, doubles(state.track.path, RING), first, last,
+        bank.head.joints, bank.head.girdles, &bank.scratch,
+    )
     found.limb = _leading_limb(bank)
     state.happened |= CONFIRMED
-    decision.from_pose = last
-    decision.peak = 0.0
-    decision.leader = -1
-    decision.agreed = 0
+    _decide_anew(&state.decision, last)
 
 
 cdef inline void _pass_over(RecognitionState* state, int64_t last) noexcept nogil:
     """Let a move that was made again too soon be over without a word."""
-    cdef Decision* decision
-    decision = &state.decision
-    decision.from_pose = last
-    decision.peak = 0.0
-    decision.leader = -1
-    decision.agreed = 0
+    _decide_anew(&state.decision, last)
     if state.nearest.open == 1:
         state.nearest.kept = BY_PAUSE
         _explain(state)
 
 
-cdef void compare_without_limits(MoveBank* bank, int64_t first) noexcept nogil:
+cdef void _compare_without_limits(MoveBank* bank, int64_t first) noexcept nogil:
     """Note what it costs to take a stretch, which is described, for each example, where no other stretch cost less."""
-    cdef int64_t t, at
-    cdef Description* scratch
-    cdef MoveExampleSpan examples
-    cdef FloatRows rows
+    cdef MoveExample* example
     cdef float posture, factor, cost
-    scratch = &bank.scratch
-    examples = bank.examples
-    rows = bank.rows
-    for t in range(examples.count):
-        at = t * ROWS
-        posture = strangeness(scratch, row_of_floats(rows, at + DIRECTIONS + 2))
-        factor = posture * correction(scratch, row_of_floats(rows, at + DIRECTIONS), row_of_floats(rows, at + DIRECTIONS + 1), examples.at[t].size)
-        cost = factor * warped(scratch, rows_of_floats(rows, at, at + DIRECTIONS), NEVER)
-        if cost < examples.at[t].near:
-            examples.at[t].near, examples.at[t].near_posture, examples.at[t].near_first = cost, posture, first
+    cdef int64_t t
+    for t in range(bank.head.examples):
+        example = &bank.examples[t]
+        posture = _posture_of(bank, t)
+        factor = posture * _correction_of(bank, t)
+        cost = factor * warped(&bank.scratch, directions_of_example(bank, t), NEVER)
+        if cost < example.near:
+            example.near, example.near_posture, example.near_first = cost, posture, first
 
 
 cdef void _note_nearest(RecognitionState* state, MoveBank* bank) noexcept nogil:
     """Note which move came nearest at this comparison, if none was nearer in this movement."""
-    cdef int64_t best, t, second
-    cdef double cost, most, second_cost, lead
-    cdef MoveExampleSpan examples
+    cdef MoveExample* examples
+    cdef MoveExample* best
+    cdef MoveExample* second
     cdef Nearest* nearest
-    cdef bint other
-    # CHECK sign (C truncates): examples[best].near_first % RING
-    examples = bank.examples
-    nearest = &state.nearest
-    best = -1
-    for t in range(examples.count):
-        if examples.at[t].near < NEVER and (best < 0 or examples.at[t].near < examples.at[best].near):
-            best = t
-    if best < 0:
+    cdef double cost, most, second_cost, lead
+    cdef int64_t t
+    examples, nearest = bank.examples, &state.nearest
+    best = second = NULL
+    for t in range(bank.head.examples):
+        if examples[t].near < NEVER and (best == NULL or examples[t].near < best.near):
+            best = &examples[t]
+    if best == NULL:
         return
-    second = -1
-    for t in range(examples.count):
-        other = examples.at[t].near < NEVER and examples.at[t].move != examples.at[best].move
-        if other and (second < 0 or examples.at[t].near < examples.at[second].near):
-            second = t
-    cost = log(<double>max(examples.at[best].near, <float>1e-6))
-    most = bank.rules.at[examples.at[best].move].most
-    second_cost = <double>examples.at[second].near if second >= 0 else INFINITY
+    for t in range(bank.head.examples):
+        if examples[t].near < NEVER and examples[t].move != best.move:
+            if second == NULL or examples[t].near < second.near:
+                second = &examples[t]
+    cost = log(max(best.near, <float>1e-6))
+    most = bank.rules[best.move].most
+    second_cost = INFINITY if second == NULL else second.near
     lead = LEAD_WORTH * min(log(second_cost) - cost, LEAD_COUNTED)
     if nearest.open == 1 and nearest.value <= cost - lead - most:
         return
     nearest.open = 1
     nearest.value = cost - lead - most
     nearest.most = most
-    nearest.kept = _what_kept(nearest.value, lead, log(<double>examples.at[best].near_posture))
-    nearest.move = examples.at[best].move
-    nearest.second = examples.at[second].move if second >= 0 else -1
-    nearest.cost = examples.at[best].near
+    nearest.kept = _what_kept(nearest.value, lead, log(best.near_posture))
+    nearest.move = best.move
+    nearest.second = -1 if second == NULL else second.move
+    nearest.cost = best.near
     nearest.second_cost = second_cost
-    nearest.posture = examples.at[best].near_posture
-    nearest.start = state.track.times[examples.at[best].near_first % RING]
+    nearest.posture = best.near_posture
+    nearest.start = state.track.times[best.near_first % RING]
     nearest.end = state.time
 
 
@@ -480,25 +417,23 @@ cdef inline int64_t _what_kept(double value, double lead, double posture) noexce
 
 cdef inline void _explain_found(RecognitionState* state, MoveBank* bank) noexcept nogil:
     """Say of a move that has just been recognised how near it came."""
+    cdef FoundMove* found
     cdef Nearest* nearest
-    nearest = &state.nearest
-    if nearest.open == 0 or nearest.move != state.found.move:
-        nearest.open = 1
-        nearest.move, nearest.second = state.found.move, -1
-        nearest.most = bank.rules.at[state.found.move].most
-        nearest.cost, nearest.second_cost, nearest.posture = state.found.cost, INFINITY, 1.0
-    nearest.start, nearest.end = state.found.start, state.found.end
+    found, nearest = &state.found, &state.nearest
+    if nearest.open == 0 or nearest.move != found.move:  # a longer stretch has shown that it was another one
+        nearest.move, nearest.second = found.move, -1
+        nearest.most = bank.rules[found.move].most
+        nearest.cost, nearest.second_cost, nearest.posture = found.cost, INFINITY, 1.0
+    nearest.start, nearest.end = found.start, found.end
     nearest.kept = BY_NOTHING
     _explain(state)
 
 
 cdef inline void _end_movement(RecognitionState* state, double time) noexcept nogil:
     """Say what came nearest in a movement that is over."""
-    cdef Nearest* nearest
-    nearest = &state.nearest
-    if nearest.open == 0:
+    if state.nearest.open == 0:
         return
-    if time - state.decision.loud > QUIET + EARLY or time - nearest.end > LONGEST + EARLY:
+    if time - state.decision.loud > QUIET + EARLY or time - state.nearest.end > LONGEST + EARLY:
         _explain(state)
 
 
@@ -509,17 +444,18 @@ cdef inline void _explain(RecognitionState* state) noexcept nogil:
 
 cdef int64_t _leading_limb(MoveBank* bank) noexcept nogil:
     """Return the limb whose joints fill the largest boxes in the first half of the stretch, -1 if there is none."""
-    cdef Floats extent, box
+    cdef float* extent
+    cdef const float* box
     cdef int64_t best, k, limb
     first_half(&bank.scratch)
-    extent = row_of_floats(bank.scratch.row, 0)
-    from_floats(extent, 0) = <float>0.0
-    box = bank.scratch.box
+    extent = bank.scratch.row.at
+    for k in range(DIRECTIONS + 1):
+        extent[k] = 0.0
     best = -1
-    for k in range(bank.joints.count):
-        limb = bank.joints.at[k].limb
+    for k in range(bank.head.joints):
+        box, limb = bank.scratch.box.at + 3 * k, bank.limbs[k]
         if limb >= 0:
-            extent.at[limb] += box.at[3 * k] * box.at[3 * k] + box.at[3 * k + 1] * box.at[3 * k + 1] + box.at[3 * k + 2] * box.at[3 * k + 2]
-            if best < 0 or extent.at[limb] > extent.at[best]:
+            extent[limb] += box[0] * box[0] + box[1] * box[1] + box[2] * box[2]
+            if best < 0 or extent[limb] > extent[best]:
                 best = limb
     return best

@@ -8,29 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.core.kernels import address_of_recognise
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, MoveEvent, MoveStatus
+from mossar_stream.moves.bank import LEAD_COUNTED, LEAD_WORTH, store_of
 from mossar_stream.moves.explaining import REASONS, Explanation
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.moves.moves import Moves, copy_of
-from mossar_stream.moves.recogniser import (
-    CONFIRMED,
-    EXPLAINED,
-    FINAL,
-    JOINT_BYTES,
-    LEAD_COUNTED,
-    LEAD_WORTH,
-    RECOGNITION_STATE_BYTES,
-    STORE,
-    STORE_BYTES,
-    WITHDRAWN,
-    last_times,
-    memory_bytes,
-    new_memory,
-    recognise,
-    state_of,
-)
-from mossar_stream.readers import address_of_reader
+from mossar_stream.moves.recogniser import CONFIRMED, EXPLAINED, FINAL, WITHDRAWN, memory_of, new_memory
 from mossar_stream.skeleton import Skeleton
 
 WHOLE_BODY = "body"
@@ -58,13 +43,16 @@ class Recognition:
         self.store = moves.store(skeleton) if store is None else store
         self._performer = performer
         self._limbs = tuple(limbs_of(skeleton))
-        self._joints = int(self.store[:8].view(np.int64)[0])
+        self._joints = int(store_of(self.store)["head"][0]["joints"])
         self.state = new_memory(self._joints, len(self.names))
         self._explained = moves.explained
-        self._state: Any = state_of(self.state)
+        self._state: Any = self._parts()["state"][0]
         self.reported: None = None
-        # The kernel is compiled now, and never while frames come in.
-        self.address = address_of_reader(recognise)
+        self.address = address_of_recognise()
+
+    def _parts(self, memory: NDArray[np.uint8] | None = None) -> dict[str, NDArray[Any]]:
+        """Return views of the parts of a memory as large as this performer's, or of this one."""
+        return memory_of(self.state if memory is None else memory, self._joints, len(self.names))
 
     @cached_property
     def moves_text(self) -> bytes:
@@ -124,7 +112,7 @@ class Recognition:
         if state["nearest"]["open"]:
             self._explain()
         fresh = new_memory(self._joints, len(self.names))
-        state_of(fresh)["found"]["number"] = state["found"]["number"]
+        self._parts(fresh)["state"][0]["found"]["number"] = state["found"]["number"]
         self.state[:] = fresh
         pending += events
 
@@ -136,18 +124,18 @@ class Recognition:
         """
         if before is None:
             return self
-        memory = np.frombuffer(before.to_bytes(), np.uint8)
-        known: Any = state_of(memory)
-        if np.array_equal(_joint_records(self.store), _joint_records(before.store)):
-            own, theirs = len(self.names), len(before.names)
-            self.state[: len(self.state) - 8 * own] = memory[: len(memory) - 8 * theirs]
+        ours, theirs = store_of(self.store), store_of(before.store)
+        if all(np.array_equal(ours[name], theirs[name]) for name in ("joints", "limbs")):
+            own, known = self._parts(), before._parts()
+            for name in ("state", "poses"):
+                own[name][:] = known[name]
             for record, field in (("found", "move"), ("before", "move"), ("decision", "leader")):
-                move = int(known[record][field])
+                move = int(before._state[record][field])
                 name = before.names[move] if move >= 0 else ""
                 self._state[record][field] = self.names.index(name) if name in self.names else -1
             self._state["nearest"]["open"] = 0
-            times = dict(zip(before.names, last_times(memory, theirs).tolist(), strict=True))
-            last_times(self.state, own)[:] = [times.get(name, -math.inf) for name in self.names]
+            times = dict(zip(before.names, known["last_times"].tolist(), strict=True))
+            own["last_times"][:] = [times.get(name, -math.inf) for name in self.names]
         return self
 
     @property
@@ -196,30 +184,22 @@ class Recognition:
         Raises:
             SnapshotError: If the bytes do not fit, or contradict themselves.
         """
-        wanted = memory_bytes(self._joints, len(self.names))
-        if len(content) != wanted:
-            raise SnapshotError(f"the snapshot's moves have {len(content)} bytes, not {wanted}")
+        if len(content) != len(self.state):
+            raise SnapshotError(f"the snapshot's moves have {len(content)} bytes, not {len(self.state)}")
         memory = np.frombuffer(content, np.uint8).copy()
-        if not _is_sound(memory, len(self.names), len(self._limbs)):
+        parts = self._parts(memory)
+        if not _is_sound(parts["state"][0], parts["poses"], len(self.names), len(self._limbs)):
             raise SnapshotError("the snapshot's state of moves contradicts itself")
         self.state[:] = memory
 
 
-def _joint_records(store: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the part of a store that says where the joints of the examples are in the stream."""
-    joints = int(store[:STORE_BYTES].view(STORE)[0]["joints"])
-    return store[STORE_BYTES : STORE_BYTES + joints * JOINT_BYTES]
-
-
-def _is_sound(memory: NDArray[np.uint8], moves: int, limbs: int) -> bool:
+def _is_sound(state: Any, positions: NDArray[np.float32], moves: int, limbs: int) -> bool:
     """Tell whether a performer's memory is one that recognising could have left."""
-    state: Any = state_of(memory)
     poses, first = int(state["track"]["poses"]), int(state["track"]["first"])
     marks = [*state["activity"]["starts"].tolist(), int(state["activity"]["low_pose"])]
     decision = state["decision"]
     nearest = state["nearest"]
     found = [state[which] for which in ("found", "before")]
-    numbers = memory[RECOGNITION_STATE_BYTES : len(memory) - 8 * moves].view(np.float32)
     return (
         0 <= first <= poses < 1 << 60
         and not np.isnan(state["due"])
@@ -233,5 +213,5 @@ def _is_sound(memory: NDArray[np.uint8], moves: int, limbs: int) -> bool:
         and (0 if nearest["open"] else -1) <= int(nearest["move"]) < moves
         and -1 <= int(nearest["second"]) < moves
         and 0 <= int(nearest["kept"]) < len(REASONS)
-        and bool(np.isfinite(numbers).all())
+        and bool(np.isfinite(positions).all())
     )

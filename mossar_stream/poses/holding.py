@@ -1,27 +1,31 @@
 """Holding: a performer's frames in, pose events out."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.core.kernels import (
+    POSE_CONSTANTS,
+    address_of_match_frame,
+    pose_memory_bytes,
+    pose_memory_parts,
+)
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, PoseEvent, PoseStatus
 from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.parts import parts_of
 from mossar_stream.poses.bank import bones_of, make_bank
-from mossar_stream.poses.layout import (
-    HOLDING_STATE,
-    HOLDING_STATE_BYTES,
-    POSES_HEAD,
-    POSES_HEAD_BYTES,
-    memory_bytes,
-)
-from mossar_stream.poses.matching import ENTERED, HELD, LEFT, NOTHING, match_frame
-from mossar_stream.readers import address_of_reader
 from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
 
-POSE_STATUS_BY_CODE: dict[int, PoseStatus] = {ENTERED: "entered", HELD: "held", LEFT: "left"}
+UNCHANGED = POSE_CONSTANTS["POSE_UNCHANGED"]
+POSE_STATUS_BY_CODE: dict[int, PoseStatus] = {
+    POSE_CONSTANTS["POSE_ENTERED"]: "entered",
+    POSE_CONSTANTS["POSE_HELD"]: "held",
+    POSE_CONSTANTS["POSE_LEFT"]: "left",
+}
 
 
 def holding_of(moves: Moves, skeleton: Skeleton, up: Up, performer: str) -> "Holding | None":
@@ -55,16 +59,16 @@ class Holding:
             for i, name in enumerate(bones.limbs)
             if any(bone.limb == i for bone in bones.bones)
         }
-        head = self.store[:POSES_HEAD_BYTES].view(POSES_HEAD)[0]
-        count = int(head["bones"])
-        self.state = np.zeros(memory_bytes(int(head["points"]), count, int(head["groups"])), np.uint8)
-        self._state = self.state[:HOLDING_STATE_BYTES].view(HOLDING_STATE)
-        at = HOLDING_STATE_BYTES + 8 * 6 * count
-        self._strays = self.state[at : at + 8 * count].view(np.float64)
+        self.state = np.zeros(pose_memory_bytes(self.store), np.uint8)
+        parts = self._parts(self.state)
+        self._state, self._strays = parts["state"], parts["strays"]
         self.reported: None = None
         self._begin()
-        # The kernel is compiled now, and never while frames come in.
-        self.address = address_of_reader(match_frame)
+        self.address = address_of_match_frame()
+
+    def _parts(self, memory: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
+        """Return views of the parts of a performer's memory."""
+        return parts_of(memory, pose_memory_parts(self.store))
 
     def _begin(self) -> None:
         """Begin anew, as for a take."""
@@ -128,7 +132,7 @@ class Holding:
 
     def to_bytes(self) -> bytes:
         """Return what is known of the performer, for a snapshot."""
-        self._state["happened"] = NOTHING
+        self._state["happened"] = UNCHANGED
         return self.state.tobytes()
 
     def go_on_from(self, content: bytes) -> None:
@@ -143,26 +147,24 @@ class Holding:
         if len(content) != len(self.state):
             raise SnapshotError(f"the snapshot's held poses have {len(content)} bytes, not {len(self.state)}")
         fresh = np.frombuffer(content, np.uint8).copy()
-        state = fresh[:HOLDING_STATE_BYTES].view(HOLDING_STATE)[0]
-        if not self._is_sound(state, fresh[HOLDING_STATE_BYTES:]):
+        if not self._is_sound(self._parts(fresh)):
             raise SnapshotError("the snapshot's state of held poses contradicts itself")
         self.state[:] = fresh
 
-    def _is_sound(self, state: np.void, rest: NDArray[np.uint8]) -> bool:
+    def _is_sound(self, parts: dict[str, NDArray[Any]]) -> bool:
         """Tell whether a performer's memory is one that holding could have left."""
-        poses = len(self._names)
-        doubles = 8 * (len(rest) // 8)
-        numbers = rest[:doubles].view(np.float64)[: 8 * len(self._ends)]
+        state, poses = parts["state"][0], len(self._names)
+        numbers = [parts[name] for name in ("fast", "slow", "strays", "chords")]
         times = [float(state[name]) for name in ("time", "since", "start", "seen")]
         return (
             all(-1 <= int(state[name]) < poses for name in ("near", "active"))
             and 0 <= int(state["latest"]) < poses
             and all(0 <= int(state[name]) < 1 << 60 for name in ("frames", "matched", "rev", "number"))
             and int(state["is_held"]) in (0, 1)
-            and int(state["happened"]) == NOTHING
+            and int(state["happened"]) == UNCHANGED
             and not math.isnan(state["due"])
             and all(math.isfinite(time) for time in times)
-            and bool(np.isfinite(state["facing"]).all() and np.isfinite(numbers).all())
+            and all(bool(np.isfinite(part).all()) for part in (state["facing"], *numbers))
         )
 
 

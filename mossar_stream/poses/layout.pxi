@@ -1,23 +1,21 @@
-"""Layout: how the bytes of shown poses, and of a performer who may hold them, are laid out."""
+"""Layout: how the bytes of shown poses, and of a performer who may hold them, are laid out.
 
-cdef enum:
-    POSES_HEAD_BYTES = 80
-    SHOWN_BYTES = 16
-    HOLDING_STATE_BYTES = 128
+Where a part of a store or of a performer's memory lies is said here and nowhere else. Python asks (`face.pxi`).
+"""
 
-cdef struct PosesHead:
-    int64_t points
-    int64_t bones
-    int64_t groups  # limbs that have bones; bones of none are one, too
-    int64_t poses
+cdef struct PosesHead:  # The head of a bank; its arrays follow.
+    int64_t points  # K
+    int64_t bones  # B
+    int64_t groups  # G, limbs that have bones; bones of none are one, too
+    int64_t poses  # P
     int64_t axis  # that points upwards
     double sign
     int64_t girdles[4]  # points of hips and shoulders, left before right; -1 for as shown
 
 
 cdef struct ShownPose:
-    int64_t name  # number of its name; s
-    double hold  # number of its name; s
+    int64_t name  # number of its name
+    double hold  # s
 
 
 cdef struct HoldingState:
@@ -38,53 +36,55 @@ cdef struct HoldingState:
     int64_t happened  # at the last frame
 
 
-cdef struct PoseBank:  # Shown poses, described for a stream.
-    PosesHeadSpan head  # (1,) POSES_HEAD
-    BonePointSpan points  # (K,) BONE_POINT
-    BoneSpan bones  # (B,) BONE; `limb` is the number of a group
-    ShownPoseSpan shown  # (P,) SHOWN
+cdef struct PoseBank:  # The parts of a bank: shown poses, described for a stream.
+    PosesHead* head
+    JointPair* points  # (K,) the centre first
+    Bone* bones  # (B,) `limb` is the number of a group
+    ShownPose* shown  # (P,)
     DoublePlanes rows  # (P, B, 3) directions
+    uint8_t* end
 
 
-cdef struct PoseMemory:  # What is known of a performer.
-    HoldingStateSpan state  # (1,) HOLDING_STATE
-    DoubleRows fast  # (B, 3) directions, averaged over `SMOOTHED`
-    DoubleRows slow  # (B, 3) the same over `SETTLED`
+cdef struct PoseMemory:  # The parts of a performer's memory.
+    HoldingState* state
+    DoubleRows fast  # (B, 3) directions, averaged over `POSE_SMOOTHED`
+    DoubleRows slow  # (B, 3) the same over `POSE_SETTLED`
     Doubles strays  # (B,) squares of the chord to the pose that is held, summed over samples
     Doubles chords  # (B,) the same of the pose that is looked at, now
     DoubleRows groups  # (2, G) mean of those over each limb, and how many bones it has
     FloatRows pose  # (K, 3) m, points of the last sample relative to the centre, y upwards
+    uint8_t* end
 
 
-# NOT COMPILED IN ANY RUN: open_bank
-# def open_bank(store):
-#     """Return the bank that a store holds."""
-#     head = part(store, 0, POSES_HEAD, (1,))
-#     points, bones, poses = head[0].points, head[0].bones, head[0].poses
-#     at_bones = POSES_HEAD_BYTES + points * BONE_POINT_BYTES
-#     at_shown = at_bones + bones * BONE_BYTES
-#     return Bank(
-#         head,
-#         part(store, POSES_HEAD_BYTES, BONE_POINT, (points,)),
-#         part(store, at_bones, BONE, (bones,)),
-#         part(store, at_shown, SHOWN, (poses,)),
-#         part(store, at_shown + poses * SHOWN_BYTES, np.float64, (poses, bones, 3)),
-#     )
+cdef inline PoseBank open_pose_bank(uint8_t* store) noexcept nogil:
+    """Return the parts of a bank."""
+    return lay_out_pose_bank(store, <PosesHead*>store)
 
 
-# NOT COMPILED IN ANY RUN: open_memory
-# def open_memory(memory, head):
-#     """Return what is known of a performer."""
-#     points, bones, groups = head.points, head.bones, head.groups
-#     at_slow = HOLDING_STATE_BYTES + 8 * 3 * bones
-#     at_strays = at_slow + 8 * 3 * bones
-#     at_groups = at_strays + 8 * 2 * bones
-#     return Memory(
-#         part(memory, 0, HOLDING_STATE, (1,)),
-#         part(memory, HOLDING_STATE_BYTES, np.float64, (bones, 3)),
-#         part(memory, at_slow, np.float64, (bones, 3)),
-#         part(memory, at_strays, np.float64, (bones,)),
-#         part(memory, at_strays + 8 * bones, np.float64, (bones,)),
-#         part(memory, at_groups, np.float64, (2, groups)),
-#         part(memory, at_groups + 8 * 2 * groups, np.float32, (points, 3)),
-#     )
+cdef PoseBank lay_out_pose_bank(uint8_t* store, PosesHead* head) noexcept nogil:
+    """Return where the parts of a bank with this head lie; nothing of it is read."""
+    cdef PoseBank bank
+    bank.head = head
+    bank.points = <JointPair*>(store + sizeof(PosesHead))
+    bank.bones = <Bone*>(bank.points + head.points)
+    bank.shown = <ShownPose*>(bank.bones + head.bones)
+    bank.rows.at = <double*>(bank.shown + head.poses)
+    bank.rows.planes, bank.rows.rows, bank.rows.columns = head.poses, head.bones, 3
+    bank.end = <uint8_t*>(bank.rows.at + head.poses * head.bones * 3)
+    return bank
+
+
+cdef PoseMemory open_pose_memory(uint8_t* memory, PosesHead* head) noexcept nogil:
+    """Return the parts of a performer's memory; nothing of it is read."""
+    cdef PoseMemory known
+    cdef int64_t bones
+    bones = head.bones
+    known.state = <HoldingState*>memory
+    known.fast = doubles_in_rows(<double*>(memory + sizeof(HoldingState)), bones, 3)
+    known.slow = doubles_in_rows(known.fast.at + 3 * bones, bones, 3)
+    known.strays = doubles(known.slow.at + 3 * bones, bones)
+    known.chords = doubles(known.strays.at + bones, bones)
+    known.groups = doubles_in_rows(known.chords.at + bones, 2, head.groups)
+    known.pose = floats_in_rows(<float*>(known.groups.at + 2 * head.groups), head.points, 3)
+    known.end = <uint8_t*>(known.pose.at + 3 * head.points)
+    return known

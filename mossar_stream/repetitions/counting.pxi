@@ -29,7 +29,7 @@ cdef double LEAST_WIDTHS = 3.0  # that a cycle lasts: of shorter ones, smoothing
 cdef double SHARE_POWER = 0.32  # power of the share of the movement that a component has
 
 
-cdef int64_t analyse(
+cdef int64_t analyse_repetitions(
     uint8_t* state, int64_t state_bytes, uint8_t* store, int64_t store_bytes, float* positions, int64_t joints, double time
 ) noexcept nogil:
     """Analyse the window as often as is due before a frame: a function as readers have it.

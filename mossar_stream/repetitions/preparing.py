@@ -2,14 +2,15 @@
 
 import numpy as np
 
+from mossar_stream.core.kernels import CHAINS, CYCLES
 from mossar_stream.events import BODY
 from mossar_stream.moves.joints import known_joints
-from mossar_stream.repetitions.state import CHAINS, CYCLES, GIVEN
 from mossar_stream.skeleton import Skeleton
 
 CHAIN_NAMES = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"), ("shoulder", "hip", "knee"))
 SIDES = ("left", "right")
 LEAST_SWING = 0.03  # m, rms over a limb's joints
+GIVEN = ("joints", "root", "travels", "least", "chains", "chain")  # with the skeleton, for all takes
 LONGEST_TAKE = 2**48  # samples; no take is as long
 
 
@@ -17,7 +18,7 @@ def prepare(header: np.void, skeleton: Skeleton, channel: str) -> None:
     """Fill in what does not change while frames come in.
 
     Args:
-        header: `HEADER` record.
+        header: `Counting`.
         skeleton: The performer's joints.
         channel: The body's, or of a limb. The way of the root is part of the body's posture, not of a limb's, and small
             swings of limbs are not counted: they sway along with what the body does.
@@ -45,7 +46,7 @@ def is_sound(header: np.void, prepared: np.void) -> bool:
     """Return whether every number that kernels use as an index or count lies where it must.
 
     Args:
-        header: `HEADER` record from outside.
+        header: `Counting` from outside.
         prepared: The same as `prepare` leaves it.
     """
     same = all(np.array_equal(header[name], prepared[name]) for name in GIVEN)

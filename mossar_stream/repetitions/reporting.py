@@ -8,21 +8,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.core.kernels import ANALYSIS_INTERVAL, CYCLES, LONGEST_SILENCE, STAMP_ROUNDING
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import BODY, Event, PhaseEvent, RepetitionEvent, RepetitionStatus
-from mossar_stream.repetitions.sampling import STAMP_ROUNDING
-from mossar_stream.repetitions.state import ANALYSIS_INTERVAL, CYCLES
-from mossar_stream.repetitions.timing import LONGEST_SILENCE
 from mossar_stream.skeleton import Skeleton
 
-TALLY = [
-    "clear",
-    "dropped",
-    "cycles",
-    "changed",
-    "latest",
-    "origin",
-]  # of the header: all at once are read quicker
+TALLY = ["clear", "dropped", "cycles", "changed", "latest", "origin"]  # all at once are read quicker
 NO_CYCLE: dict[str, Any] = {"count": 0} | dict.fromkeys(
     ("period", "tempo", "start", "end", "amplitude", "joint")
 )
@@ -79,7 +70,7 @@ class RepetitionReporter:
         self.reported = Reported()
 
     def use(self, headers: NDArray[np.void]) -> None:
-        """Report what is counted in a (1,) `HEADER` from now on."""
+        """Report what is counted in a (1,) `Counting` from now on."""
         self._tally = headers[TALLY]  # views
         self._cycles = headers["cycle"][0]
 

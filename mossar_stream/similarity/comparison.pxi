@@ -5,7 +5,8 @@ This is what Li and Leung's recursion asks of the path kernel, which this packag
 
 
 cdef void fill_pieces(
-    Measure* measure, FloatPlanes poses, const double* times, const int64_t* starts, DoubleRows summaries, int64_t joints
+    Measure* measure, FloatPlanes poses, const double* times, const int64_t* starts, DoubleRows summaries,
+    int64_t joints,
 ) noexcept nogil:
     """Summarise the pieces of a recording.
 
@@ -19,14 +20,18 @@ cdef void fill_pieces(
     """
     cdef int64_t i, frame, end
     cdef double weight
+    cdef Doubles own
     for i in range(summaries.rows):
+        own = row_of_doubles(summaries, i)
         end = starts[i + 1] if i + 1 < summaries.rows else poses.planes
         for frame in range(starts[i], end):
             weight = times[frame] - times[frame - 1] if frame > 0 else 0.0
-            add_pose(measure, row_of_doubles(summaries, i), plane_of_floats(poses, frame), joints, times[frame], weight)
+            add_pose(measure, own, plane_of_floats(poses, frame), joints, times[frame], weight)
 
 
-cdef void gather_pieces(Measure* measure, DoubleRows summaries, int64_t size, DoubleRows later) noexcept nogil:
+cdef void gather_pieces(
+    Measure* measure, DoubleRows summaries, int64_t size, DoubleRows later
+) noexcept nogil:
     """Set `later` (zero) to the summaries of `size` pieces from each piece on, closed."""
     cdef int64_t i, k
     for i in range(summaries.rows - size + 1):
@@ -53,6 +58,7 @@ cdef void compare_pieces(
     """
     cdef int64_t i, k, last = found.count - 1
     cdef Doubles earlier = row_of_doubles(scratch, 0), closed = row_of_doubles(scratch, 1)
+    cdef Doubles both = row_of_doubles(scratch, 2)
     for i in range(found.count):
         if i > longest:
             memset(earlier.at, 0, earlier.count * sizeof(double))
@@ -63,4 +69,4 @@ cdef void compare_pieces(
         if size <= i <= last - size:
             memcpy(closed.at, earlier.at, earlier.count * sizeof(double))
             close(measure, closed)
-            found.at[i] = strength(measure, closed, row_of_doubles(later, first + i), row_of_doubles(scratch, 2))
+            found.at[i] = strength(measure, closed, row_of_doubles(later, first + i), both)

@@ -9,8 +9,9 @@ evidence are added up, each free of units, to log odds:
     rest    log of that speed to the performer's usual speed
     rest_distance    distance of the pose from the one in which the performer dwells, in the extent of the movements
 
-Peaks that do not rise above the sensor's noise are no evidence. Where movements are repeated, the label of a candidate takes
-their place (repetition_labels.pxi). The strength is log2(1 + e^odds): above 0, rising with the odds, and 1 where they are even.
+Peaks that do not rise above the sensor's noise are no evidence. Where movements are repeated, the label of a candidate
+takes their place (repetition_labels.pxi). The strength is log2(1 + e^odds): above 0, rising with the odds, and 1 where
+they are even.
 
 What is known of the key frame itself stands in the summary of the segment that it ends.
 """
@@ -29,10 +30,10 @@ cdef enum:  # A summary's own part begins with the peak speed and the `Features`
     SPEED_LINES = 1
     MOST_FACTORS = 24  # variances that are multiplied before a logarithm is taken
 
-# What the terms weigh, log odds for each of their units, and what they must outweigh together (BIAS). Fitted to punches,
-# pick and place, gestures and exercises (the labelled sets precog, vmci, gesture_phase and ui_prmd): about what
-# `python -m checks.leave_out SET SET SET SET` chooses on all of them (its row "none"), in the scale of the numbers
-# before. docs/accuracy.md has what they reach on sets that were left out.
+# What the terms weigh, log odds for each of their units, and what they must outweigh together (BIAS). Fitted to
+# punches, pick and place, gestures and exercises (the labelled sets precog, vmci, gesture_phase and ui_prmd): about
+# what `python -m checks.leave_out SET SET SET SET` chooses on all of them (its row "none"), in the scale of the
+# numbers before. docs/accuracy.md has what they reach on sets that were left out.
 cdef double WEIGHTS_CHANGE_OF_POSE = 3.8
 cdef double WEIGHTS_CHANGE_OF_SPEED = 10.4
 cdef double WEIGHTS_STOP = 3.4
@@ -84,7 +85,7 @@ cdef void evidence_write_features(Evidence* params, Doubles summary, Features* f
 
 
 cdef void evidence_merge_into(Evidence* params, Doubles target, Doubles other) noexcept nogil:
-    """Make `target` the summary of both segments: with the higher peak, and the features of the later one's key frame."""
+    """Make `target` the summary of both segments: the higher peak, and the features of the later one's key frame."""
     cdef int64_t i, at = params.features, start = params.sums.start
     target.at[at + AT_PEAK] = max(target.at[at + AT_PEAK], other.at[at + AT_PEAK])
     for i in range(at + AT_SPEED, at + FEATURES):

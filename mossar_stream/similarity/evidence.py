@@ -1,7 +1,4 @@
-"""Evidence in Python: the parameters of the measure, and its weights, which `python -m checks.leave_out` chooses.
-
-`evidence.pxi` has the measure.
-"""
+"""The parameters and the weights of the evidence; `evidence.pxi` has the measure."""
 
 from typing import NamedTuple
 

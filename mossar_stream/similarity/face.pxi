@@ -1,7 +1,7 @@
 """Face of the similarity: what Python knows of it, and what it calls.
 
-None of it is called while frames come: the functions look at whole recordings, for `Comparison`, and at single graphs, for checks.
-Arrays have the types that the kernels name and are contiguous.
+None of it is called while frames come: the functions look at whole recordings, for `Comparison`, and at single graphs,
+for checks. Arrays are contiguous.
 """
 
 CONSTANTS.update({
@@ -53,15 +53,16 @@ cdef inline Measure* measure_of(cnp.ndarray params):
 
 
 cdef inline DoubleRows double_rows_of(cnp.ndarray rows):
-    return doubles_in_rows(<double*>cnp.PyArray_DATA(rows), cnp.PyArray_DIM(rows, 0), cnp.PyArray_DIM(rows, 1))
+    return doubles_in_rows(<double*>cnp.PyArray_DATA(rows), rows.shape[0], rows.shape[1])
 
 
 cdef inline Doubles doubles_of(cnp.ndarray line):
-    return doubles(<double*>cnp.PyArray_DATA(line), cnp.PyArray_DIM(line, 0))
+    return doubles(<double*>cnp.PyArray_DATA(line), line.shape[0])
 
 
 def summarise_pieces(
-    cnp.ndarray params, cnp.ndarray poses, cnp.ndarray times, cnp.ndarray starts, cnp.ndarray summaries, int64_t joints
+    cnp.ndarray params, cnp.ndarray poses, cnp.ndarray times, cnp.ndarray starts, cnp.ndarray summaries,
+    int64_t joints,
 ):
     """Summarise the pieces of a recording; see `fill_pieces`.
 
@@ -94,7 +95,9 @@ def summarise_later(cnp.ndarray params, cnp.ndarray summaries, int64_t size, cnp
     gather_pieces(measure_of(params), double_rows_of(summaries), size, double_rows_of(later))
 
 
-def compare(cnp.ndarray params, cnp.ndarray summaries, cnp.ndarray later, bounds, cnp.ndarray scratch, cnp.ndarray found):
+def compare(
+    cnp.ndarray params, cnp.ndarray summaries, cnp.ndarray later, bounds, cnp.ndarray scratch, cnp.ndarray found
+):
     """Set the strengths at pieces; see `compare_pieces`.
 
     Args:

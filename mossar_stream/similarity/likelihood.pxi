@@ -14,7 +14,7 @@ cdef float LEAST_DISTANCE = 1e-12
 cdef float LEAST_SQUARE = 1e-24
 
 cdef enum:
-    MOST_VARIANCES = 192  # that are multiplied before a logarithm is taken: 24 in each place of `variance_product`
+    MOST_VARIANCES = 192  # that are multiplied before a logarithm is taken
 
 
 cdef struct Likelihood:
@@ -90,24 +90,27 @@ cdef inline float pose_distance(FloatRows pose, int64_t i, int64_t other) noexce
     return sqrtf(x * x + y * y + z * z)
 
 
-cdef void _add_pairs(Likelihood* params, Doubles summary, FloatRows pose, int64_t joints, double weight) noexcept nogil:
+cdef void _add_pairs(
+    Likelihood* params, Doubles summary, FloatRows pose, int64_t joints, double weight
+) noexcept nogil:
     """Add the distances of the joint pairs (i, i + k mod J), in two runs without a wrap inside."""
     cdef int64_t row, k, wrapped
     cdef double* sums = summary.at + params.sums.start + params.sums.positions + params.sums.speeds
+    cdef double* squares = sums + params.sums.dimensions
     for row in range(params.offsets):
         k = 1 + row * params.stride
         wrapped = joints - k
-        _add_distances(sums, params.sums.dimensions, pose.at, pose.at + k, pose.columns, wrapped, weight)
-        _add_distances(sums + wrapped, params.sums.dimensions, pose.at + wrapped, pose.at, pose.columns, k, weight)
-        sums += pose.columns
+        _add_distances(sums, squares, wrapped, pose.at, pose.at + k, pose.columns, weight)
+        _add_distances(sums + wrapped, squares + wrapped, k, pose.at + wrapped, pose.at, pose.columns, weight)
+        sums, squares = sums + pose.columns, squares + pose.columns
 
 
 cdef inline void _add_distances(
-    double* sums, int64_t dimensions, const float* one, const float* other, int64_t columns, int64_t count, double weight
+    double* sums, double* squares, int64_t count, const float* one, const float* other, int64_t columns,
+    double weight,
 ) noexcept nogil:
     cdef int64_t i
     cdef float x, y, z, square
-    cdef double* squares = sums + dimensions
     for i in range(count):
         x = one[i] - other[i]
         y = one[columns + i] - other[columns + i]
@@ -169,7 +172,7 @@ cdef double _presence(Likelihood* params, const double* squares, int64_t count) 
 cdef double _log_sum(
     const double* sums, const double* squares, int64_t count, double duration, double floor_of_variance
 ) noexcept nogil:
-    """Σ log(σ² + floor_of_variance): one logarithm for a product of up to 192 variances, 24 in each of its 8 places.
+    """Return Σ log(σ² + floor): one logarithm for a product of up to 192 variances, 24 in each of its 8 places.
 
     No such product overflows: a variance lies between the least floor, 1e-12, and 1e10 m². The product of all would;
     the exponents are therefore added up apart.
@@ -200,12 +203,14 @@ cdef double likelihood_strength(Likelihood* params, Doubles left, Doubles right,
     return likelihood_merge_cost(params, left, right, both)
 
 
-cdef double likelihood_merge_cost(Likelihood* params, Doubles left, Doubles right, Doubles both) noexcept nogil:
+cdef double likelihood_merge_cost(
+    Likelihood* params, Doubles left, Doubles right, Doubles both
+) noexcept nogil:
     """Return the same where `both` is the summary of both already."""
-    cdef double cost
+    cdef double cost, short_segment = params.short_segment
     if not (left.at[DURATION] > SHORTEST_SEGMENT and right.at[DURATION] > SHORTEST_SEGMENT):
         return 0.0
     cost = both.at[TERM] - left.at[TERM] - right.at[TERM]
-    if params.short_segment > 0.0:
-        cost *= min(1.0, left.at[DURATION] / params.short_segment) * min(1.0, right.at[DURATION] / params.short_segment)
+    if short_segment > 0.0:
+        cost *= min(1.0, left.at[DURATION] / short_segment) * min(1.0, right.at[DURATION] / short_segment)
     return max(0.0, cost)

@@ -1,10 +1,8 @@
 """Similarity: the small protocol that lets one remerge work with any measure, and the measures there are.
 
-A measure is a kind, a record of parameters, and functions on summaries as described in `summary.pxi`. To the functions below
-belong in Python (`protocol.py`) `set_params`, which fills the record; `slot_size`; `takes_pose`, whether `add_frame` looks at
-the pose as one array; `are_sound`, which looks through summaries that come from outside; and `traits`, what frames and
-key frames must be like. A new measure is one such file and one such module, a member of `Measure`, a branch in each
-function below, and a row in `MEASURES`.
+A measure is a kind, a record of parameters, and functions on summaries as described in `summary.pxi`. In Python a module
+belongs to it, which fills the record and says what the measure asks for (`protocol.py`). A new measure is a file beside
+this one, such a module and a row in `MEASURES`, a kind, a member of `Measure`, and a branch in each function below.
 """
 
 cdef enum:  # Kinds of measures, in the order of `MEASURES`.
@@ -50,7 +48,9 @@ cdef void add_pose(
         path_kernel_add_pose(&measure.path_kernel, summary, pose, time, weight)
 
 
-cdef void add_joint(Measure* measure, Doubles summary, FloatRows pose, int64_t joints, int64_t j) noexcept nogil:
+cdef void add_joint(
+    Measure* measure, Doubles summary, FloatRows pose, int64_t joints, int64_t j
+) noexcept nogil:
     """Add a joint that was missing so far to a summary, as if it had rest where it is all along."""
     if measure.kind == EVIDENCE:
         add_resting_joint(&measure.evidence.sums, summary, pose, j)
@@ -71,7 +71,7 @@ cdef void merge_into(Measure* measure, Doubles target, Doubles other) noexcept n
 
 
 cdef void close(Measure* measure, Doubles summary) noexcept nogil:
-    """Set what is kept of a whole segment; with evidence nothing, as what poses are compared with depends on the key frame."""
+    """Set what is kept of a whole segment: with evidence nothing, since what it compares depends on the key frame."""
     if measure.kind == EVIDENCE:
         summary.at[TERM] = 0.0
     elif measure.kind == LIKELIHOOD:

@@ -1,4 +1,4 @@
-"""Sums: of the positions and the log speeds of a segment's frames, and of their squares, for measures that compare variances.
+"""Sums of the positions and the log speeds of a segment's frames, and of their squares: for measures of variances.
 
 Frames come one by one, and their features wait in the body, in single precision, until `flush_waiting` adds them to a
 summary.

@@ -2,17 +2,18 @@
 
 
 cdef inline FloatRows float_rows_of(cnp.ndarray rows):
-    return floats_in_rows(<float*>cnp.PyArray_DATA(rows), cnp.PyArray_DIM(rows, 0), cnp.PyArray_DIM(rows, 1))
+    return floats_in_rows(<float*>cnp.PyArray_DATA(rows), rows.shape[0], rows.shape[1])
 
 
 cdef inline Floats floats_of(cnp.ndarray line):
-    return floats(<float*>cnp.PyArray_DATA(line), cnp.PyArray_DIM(line, 0))
+    return floats(<float*>cnp.PyArray_DATA(line), line.shape[0])
 
 
 def similarity_add_frame(
     params, summary, body, pose, int64_t joints, double time, double weight, int64_t moving, double speed
 ):
-    cdef SummaryFrame frame = SummaryFrame(floats_of(body), float_rows_of(pose), joints, time, weight, moving, speed)
+    cdef SummaryFrame frame
+    frame = SummaryFrame(floats_of(body), float_rows_of(pose), joints, time, weight, moving, speed)
     add_frame(measure_of(params), doubles_of(summary), &frame)
 
 
@@ -139,7 +140,7 @@ def similarity_remerge(
         strengths: (K,) float64, set.
         removed: (K,) int64, set.
     """
-    cdef int64_t count = cnp.PyArray_DIM(bounds, 0) - 2
+    cdef int64_t count = bounds.shape[0] - 2
     cdef cnp.ndarray integers = np.zeros((7, count + 1), np.int64)
     cdef cnp.ndarray nodes = np.empty_like(segments), both = np.empty(segments.shape[1])
     cdef IntRows rows = ints_in_rows(<int64_t*>cnp.PyArray_DATA(integers), 7, count + 1)
@@ -149,8 +150,9 @@ def similarity_remerge(
     run.params, run.segments = measure_of(params), double_rows_of(segments)
     run.nodes, run.both = double_rows_of(nodes), doubles_of(both)
     run.places, run.bounds = row_of_ints(rows, 0), ints(<int64_t*>cnp.PyArray_DATA(bounds), count + 2)
-    run.before, run.after, run.node = row_of_ints(rows, 1).at, row_of_ints(rows, 2).at, row_of_ints(rows, 3).at
-    run.waiting, run.last_waiting = row_of_ints(rows, 4).at, row_of_ints(rows, 5).at
+    run.before, run.after = row_of_ints(rows, 1).at, row_of_ints(rows, 2).at
+    run.node, run.waiting = row_of_ints(rows, 3).at, row_of_ints(rows, 4).at
+    run.last_waiting = row_of_ints(rows, 5).at
     run.costs, run.strengths = doubles_of(costs), doubles_of(strengths)
     run.removed, run.labels = ints(<int64_t*>cnp.PyArray_DATA(removed), count), row_of_ints(rows, 6)
     remerge(&run, count, 1.0)

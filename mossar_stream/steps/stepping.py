@@ -3,22 +3,22 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.core.kernels import (
+    LEAST_WAY,
+    LEAST_WAY_OF_ANKLES,
+    NO_NEWS,
+    RECORDS,
+    STRIKE,
+    address_of_follow_feet,
+)
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, StepEvent
-from mossar_stream.readers import address_of_reader
 from mossar_stream.settings import Settings
 from mossar_stream.settings.feet import SIDES
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.steps.feet import feet_of, tops_of
-from mossar_stream.steps.tracking import (
-    LEAST_WAY,
-    LEAST_WAY_OF_ANKLES,
-    NO_NEWS,
-    STEPS,
-    STRIKE,
-    follow_feet,
-)
 
+STEPS = RECORDS["Steps"]
 UPWARD_AXES = {
     "x": (1, 0, 0),
     "y": (0, 1, 0),
@@ -60,8 +60,7 @@ class Stepping:
         state["time"] = state["sample"] = -np.inf
         state["due"] = -np.inf
         self.reported = (-1, 0)  # take, and number of its latest event
-        # The kernel is compiled now, and never while frames come in.
-        self.address = address_of_reader(follow_feet)
+        self.address = address_of_follow_feet()
 
     def report(
         self, take: int, origin: NDArray[np.float64] | None = None

@@ -6,12 +6,14 @@ below another share. So slow and fast steps are measured alike. A swing that goe
 """
 
 cdef enum:
+    MOST_POINTS = 4  # of a foot
+    MOST_TOPS = 4  # joints above the feet, by which the direction upwards is known
     FOOT_RING = 256  # samples, a power of two: 1.9 s or more
 cdef double FOOT_TICK = 0.0075  # s, least time between two samples: at most 133 Hz
 cdef double BASE = 0.045  # s over which a speed is measured: two frames at 30 Hz
-cdef double LATE = 1.0  # s, frames that are so late are repeated or out of order
-cdef double EARLY = 1e-06  # s, for the rounding of times
-cdef double MAX_STEP = 0.25  # s without a foot, after which it begins anew
+cdef double FOOT_LATE = 1.0  # s, frames that are so late are repeated or out of order
+cdef double FOOT_ROUNDING = 1e-06  # s, for the rounding of times
+cdef double FOOT_GAP = 0.25  # s without a foot, after which it begins anew
 cdef double FASTEST = 20.0  # m/s; a point that seems faster is not seen
 # Shares of the greatest speed of the swing. In real gait, the toe has a third of it when it leaves the ground and the heel a
 # seventh when it comes down; of a foot that starts and stops as smoothly as can be, both are 0. These lie between.
@@ -21,7 +23,7 @@ cdef double LEAST_WAY = 0.06  # m that a foot goes in a step; of feet without to
 cdef double LEAST_WAY_OF_ANKLES = 0.08  # m
 cdef double LEAST_PEAK = 0.35  # m/s, the greatest speed of a step
 cdef double MAY_LEAVE = 0.25  # m/s, from which a foot may be about to leave
-# CHECK tuple QUIET_SPEED = (0.08, 0.3)  # m/s: what counts as standing still, at least and at most
+cdef double QUIET_AT_LEAST = 0.08, QUIET_AT_MOST = 0.3  # m/s: what counts as standing still
 cdef double TIMES_NOISE = 3.0  # times the speed that a standing foot seems to have
 cdef double REST = 0.05  # s that a foot has been down before it is reported
 cdef double WIGGLE = 0.1  # s of rest that end a movement which was no step
@@ -40,13 +42,13 @@ cdef enum:
     OFF = 2
 
 cdef struct Foot:
-    int64_t points[4]  # joints, -1 for none
+    int64_t points[MOST_POINTS]  # joints, -1 for none
     int64_t state
     int64_t count  # samples so far; sample n lies at n % FOOT_RING
-    double times[256]  # s, when each sample was
-    double middles[256]  # s, the middle of the time over which its speed was measured
-    double speeds[256]  # m/s
-    float places[256][4][3]  # m
+    double times[FOOT_RING]  # s, when each sample was
+    double middles[FOOT_RING]  # s, the middle of the time over which its speed was measured
+    double speeds[FOOT_RING]  # m/s
+    float places[FOOT_RING][MOST_POINTS][3]  # m
     double centre[3]  # m, mean of the points that are seen, of the latest sample
     double base[3]  # m, where it stood
     double noise  # m/s, that it seems to have while it stands
@@ -65,7 +67,7 @@ cdef struct Foot:
 cdef struct Steps:
     double due  # s, from when on a frame becomes a sample; see readers.py
     Foot feet[2]
-    int64_t tops[4]  # joints above the feet, -1 for none
+    int64_t tops[MOST_TOPS]  # joints above the feet, -1 for none
     double up[3]  # direction upwards, not normalised; of unit length and fixed if it was given
     int64_t is_up_given
     double time  # s, of the latest frame
@@ -76,33 +78,37 @@ cdef struct Steps:
     int64_t take
 
 
-# ENTRY: called from Python
-cdef int64_t follow_feet(Bytes memory, Bytes _store, FloatRows positions, double time) noexcept nogil:
+cdef int64_t follow_feet(
+    uint8_t* state, int64_t state_bytes, uint8_t* store, int64_t store_bytes, float* positions, int64_t joints, double time
+) noexcept nogil:
     """Process a frame; a function as readers have it.
 
     Args:
-        memory: The bytes of one STEPS.
-        positions: (J, 3) float32, metres.
+        state: Steps.
+        state_bytes: Not looked at.
+        store: Likewise.
+        store_bytes: Likewise.
+        positions: (J, 3) m.
+        joints: Not looked at.
         time: s.
 
     Returns:
         1 if a foot came down or left the ground, else 0.
     """
-    cdef Steps* own
+    cdef Steps* own = <Steps*>state
     cdef int64_t happened, f
-    own = part(memory, 0, STEPS, (1,))[0]
     if not isfinite(time):
         return 0
     if time <= own.time:
-        if own.time - time <= LATE:
+        if own.time - time <= FOOT_LATE:
             return 0
         _forget(own, time)  # time was set back: another take
     own.time = time
-    if time - own.sample < FOOT_TICK - EARLY:
+    if time - own.sample < FOOT_TICK - FOOT_ROUNDING:
         return 0
     _find_up(own, positions, min(time - own.sample, 0.1))
     own.sample = time
-    own.due = time + FOOT_TICK - EARLY
+    own.due = time + FOOT_TICK - FOOT_ROUNDING
     happened = 0
     for f in range(2):
         own.feet[f].event = NO_NEWS
@@ -123,7 +129,7 @@ cdef void _forget(Steps* own, double time) noexcept nogil:
         own.feet[f].rest = NAN
 
 
-cdef void _find_up(Steps* own, FloatRows positions, double step) noexcept nogil:
+cdef void _find_up(Steps* own, float* positions, double step) noexcept nogil:
     """Let the direction upwards follow that from the feet to the head."""
     cdef double share, top, bottom
     cdef int64_t tops, k, d, f
@@ -136,15 +142,15 @@ cdef void _find_up(Steps* own, FloatRows positions, double step) noexcept nogil:
     for d in range(3):
         top = 0.0
         for k in range(tops):
-            top += <double>positions.at[own.tops[k] * positions.columns + d] / tops
+            top += <double>positions[3 * own.tops[k] + d] / tops
         bottom = 0.0
         for f in range(2):
-            bottom += 0.5 * positions.at[own.feet[f].points[0] * positions.columns + d]
+            bottom += 0.5 * positions[3 * own.feet[f].points[0] + d]
         if tops and isfinite(top - bottom):
             own.up[d] += share * (top - bottom - own.up[d])
 
 
-cdef bint _sample(Foot* foot, FloatRows positions, double time) noexcept nogil:
+cdef bint _sample(Foot* foot, float* positions, double time) noexcept nogil:
     """Note where a foot is and how fast; return whether its speed is known."""
     cdef int64_t number, here, seen, d, k, before, joint
     cdef double speed
@@ -158,25 +164,25 @@ cdef bint _sample(Foot* foot, FloatRows positions, double time) noexcept nogil:
         joint = foot.points[k]
         if joint < 0:
             break
-        whole = isfinite(positions.at[joint * positions.columns + 0] + positions.at[joint * positions.columns + 1] + positions.at[joint * positions.columns + 2])
+        whole = isfinite(positions[3 * joint] + positions[3 * joint + 1] + positions[3 * joint + 2])
         seen += whole
         for d in range(3):
-            foot.places[here][k][d] = positions.at[joint * positions.columns + d]
-            foot.centre[d] += positions.at[joint * positions.columns + d] if whole else 0.0
+            foot.places[here][k][d] = positions[3 * joint + d]
+            foot.centre[d] += positions[3 * joint + d] if whole else 0.0
     if seen == 0:
         return False
     for d in range(3):
         foot.centre[d] /= seen
-    if number > foot.first and time - foot.times[(number - 1) % FOOT_RING] > MAX_STEP + EARLY:
+    if number > foot.first and time - foot.times[(number - 1) % FOOT_RING] > FOOT_GAP + FOOT_ROUNDING:
         foot.first = number
         foot.state = FOOT_UNKNOWN
         foot.rest = NAN
     foot.times[here] = time
     foot.count = number + 1
     before = number - 1
-    while before > foot.first and time - foot.times[before % FOOT_RING] < BASE - EARLY and number - before < FOOT_RING - 1:
+    while before > foot.first and time - foot.times[before % FOOT_RING] < BASE - FOOT_ROUNDING and number - before < FOOT_RING - 1:
         before -= 1
-    if before < foot.first or time - foot.times[before % FOOT_RING] < 0.5 * BASE - EARLY:
+    if before < foot.first or time - foot.times[before % FOOT_RING] < 0.5 * BASE - FOOT_ROUNDING:
         foot.middles[here] = time
         foot.speeds[here] = NAN
         return False
@@ -212,7 +218,7 @@ cdef void _judge(Steps* own, int64_t f) noexcept nogil:
     number = foot.count - 1
     here = number % FOOT_RING
     speed, middle = foot.speeds[here], foot.middles[here]
-    quiet = min(max(TIMES_NOISE * foot.noise, QUIET_SPEED[0]), QUIET_SPEED[1])
+    quiet = min(max(TIMES_NOISE * foot.noise, QUIET_AT_LEAST), QUIET_AT_MOST)
     if foot.state == FOOT_UNKNOWN:
         _tracking_begin(foot, speed, number, quiet)
         return
@@ -220,7 +226,7 @@ cdef void _judge(Steps* own, int64_t f) noexcept nogil:
         if speed < quiet:
             for d in range(3):
                 foot.base[d] += 0.2 * (foot.centre[d] - foot.base[d])
-        foot.noise += 0.03 * (min(speed, QUIET_SPEED[1]) - foot.noise)
+        foot.noise += 0.03 * (min(speed, QUIET_AT_MOST) - foot.noise)
         if speed > max(MAY_LEAVE / own.sensitivity, 1.2 * quiet):
             foot.state = FOOT_MOVING
             foot.peak, foot.peak_at, foot.way = speed, number, 0.0

@@ -67,7 +67,7 @@ def dangling(file):
         for name in IN_BACKTICKS.findall(text):
             first, _, last = name.rpartition(".")
             module = first.rpartition(".")[2]
-            if module in MODULES and last not in {"py", "md", "pxi", "h"}:
+            if module in MODULES and last not in {"py", "pyi", "md", "pxi", "h"}:
                 homes = [DEFINED[home] for home in MODULES[module]]
                 if not any(last in own for own in homes) and last not in MODULES:
                     yield name

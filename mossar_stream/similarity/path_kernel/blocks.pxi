@@ -122,7 +122,8 @@ cdef BlockSum subset_sum(const Block* block, const Twins* twins, void* room) noe
     cdef double step[MOST_GROUPS * MOST_GROUPS]  # weight of an edge from a group to another or within it
     cdef uint64_t around_group[MOST_GROUPS]  # groups that edges lead to
     cdef int64_t covered[MOST_GROUPS]  # members of each group in the set, of which there are `vertices`
-    cdef uint64_t vacant = bit(count) - 1, tips, around, rest  # `vacant`: groups with a member outside the set
+    cdef uint64_t vacant = bit(count) - 1  # groups with a member outside the set
+    cdef uint64_t tips, around, rest
     cdef double reached
     cdef BlockSum found = BlockSum(0.0, 0.0)
     memset(live, 0, states * sizeof(uint64_t))

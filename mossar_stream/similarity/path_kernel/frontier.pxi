@@ -69,10 +69,13 @@ cdef (double, int64_t) elimination_order(const Block* block, int64_t* order) noe
     return best, width
 
 
-cdef (double, int64_t) _greedy_order(const Block* block, int64_t start, double limit, int64_t* order) noexcept nogil:
+cdef (double, int64_t) _greedy_order(
+    const Block* block, int64_t start, double limit, int64_t* order
+) noexcept nogil:
     """Settle from `start` on whatever adds fewest vertices to the frontier; give up at the limit."""
     cdef double states, cost = 0.0
-    cdef uint64_t rest, new, frontier = bit(start), fresh = ~frontier  # `fresh`: neither settled nor on the frontier
+    cdef uint64_t rest, new, frontier = bit(start)
+    cdef uint64_t fresh = ~frontier  # neither settled nor on the frontier
     cdef int64_t k, v, i, pick, added, fewest, size = 1, width = 0
     for k in range(block.count):
         pick = 0
@@ -131,8 +134,8 @@ cdef bint frontier_sum(const Block* block, const int64_t* order, BlockSum* found
             slot_of[lowest_bit(rest)] = lowest_bit(free_slots)
             rest &= rest - 1
             free_slots &= free_slots - 1
-        vertex.slot, vertex.inner, vertex.end, vertex.is_first = slot_of[v], block.inner[v], block.ends[v], v == 0
-        vertex.degree = 0
+        vertex.slot, vertex.degree, vertex.is_first = slot_of[v], 0, v == 0
+        vertex.inner, vertex.end = block.inner[v], block.ends[v]
         rest = block.near[v] & ~settled
         while rest != 0:
             u = lowest_bit(rest)
@@ -154,9 +157,9 @@ cdef bint frontier_sum(const Block* block, const int64_t* order, BlockSum* found
 
 
 cdef States _settled(const States* before, const Vertex* vertex, BlockSum* complete) noexcept nogil:
-    """Return the states after a vertex is settled, in a table of their own; add the paths that become complete with it.
+    """Return the states after a vertex is settled, in a table of their own, which is NULL if there is no memory.
 
-    There is no table if there is no memory.
+    The paths that become complete with it are added.
     """
     cdef BlockSum earlier = complete[0]
     cdef int64_t i, d = vertex.degree
@@ -176,7 +179,9 @@ cdef States _settled(const States* before, const Vertex* vertex, BlockSum* compl
         complete[0] = earlier
 
 
-cdef bint _settle(const States* before, const Vertex* vertex, States* after, BlockSum* complete) noexcept nogil:
+cdef bint _settle(
+    const States* before, const Vertex* vertex, States* after, BlockSum* complete
+) noexcept nogil:
     """Choose in every state which edges a path takes at the vertex being settled: none, one or two.
 
     Args:
@@ -243,12 +248,13 @@ cdef inline int64_t _mate(int64_t code) noexcept nogil:
 
 
 cdef inline uint64_t _taken(uint64_t key, int64_t slot, int64_t code) noexcept nogil:
-    """Return a state after an edge to a slot is chosen: a tip becomes inner; an unused vertex will be given its mate."""
+    """Return a state after an edge to a slot is chosen: a tip becomes inner, an unused vertex will get a mate."""
     return key if code == UNUSED else key ^ (<uint64_t>(code ^ INNER) << 4 * slot)
 
 
 cdef void _extend(
-    States* after, BlockSum* complete, const Vertex* vertex, int64_t stop, uint64_t key, int64_t tip, double x, double slope
+    States* after, BlockSum* complete, const Vertex* vertex, int64_t stop, uint64_t key, int64_t tip, double x,
+    double slope,
 ) noexcept nogil:
     """Lead a piece on along each of the edges before `stop`.
 

@@ -107,8 +107,8 @@ cdef inline double _relative_range(PathKernel* params, Doubles summary, int64_t 
 
 cdef void set_edges(PathKernel* params, Doubles summary) noexcept nogil:
     """Set the list of edges: their number, then pairs in increasing order, then their RRJRD."""
-    cdef double ranges[MOST_EDGES]  # the largest so far, in decreasing order; of equal ones the earlier pair first,
-    cdef int64_t pairs[MOST_EDGES]  # and theirs
+    cdef double ranges[MOST_EDGES]  # the largest so far, in decreasing order; of equal ones the earlier pair first
+    cdef int64_t pairs[MOST_EDGES]  # whose they are
     cdef int64_t row, i, pair, rank, count = 0, joints = params.joints
     cdef double own
     cdef double* goal = summary.at + params.edges_at

@@ -16,9 +16,9 @@ do not move are alike (1), one that moves and one that does not are not (0). Pos
 stand for, and one that stands for no time is left out. A joint that was not seen yet is no vertex (0) and has no edge.
 A segment that lasts no time says nothing: its strength is 0, as with every measure.
 
-A summary goes on, after the fields of `summary.pxi`, with what `make_params` (kernel.py) lays out: sums, lows and highs of the
-distances (`graph.pxi`), clock and bins of moments (`pyramid.pxi`), and of a closed segment the covariances of each
-joint and the list of edges. TERM is K of the segment with itself.
+A summary goes on, after the fields of `summary.pxi`, with what `set_params` (kernel.py) lays out: sums, lows and highs
+of the distances (`graph.pxi`), clock and bins of moments (`pyramid.pxi`), and of a closed segment the covariances of
+each joint and the list of edges. TERM is K of the segment with itself.
 """
 
 cdef enum:
@@ -49,7 +49,9 @@ cdef void path_kernel_add_pose(
         summary.at[DURATION] += weight
 
 
-cdef void path_kernel_add_joint(PathKernel* params, Doubles summary, FloatRows pose, int64_t j) noexcept nogil:
+cdef void path_kernel_add_joint(
+    PathKernel* params, Doubles summary, FloatRows pose, int64_t j
+) noexcept nogil:
     """Let a joint have rest where it is for as long as a summary lasts."""
     if summary.at[DURATION] > 0.0:
         rest_in_moments(params, summary, pose, j)
@@ -98,7 +100,9 @@ cdef double path_kernel_strength(PathKernel* params, Doubles left, Doubles right
     return sqrt(left.at[DURATION] * right.at[DURATION] / (left.at[DURATION] + right.at[DURATION])) * unlike
 
 
-cdef double path_kernel_similarity(PathKernel* params, double cost, Doubles left, Doubles right) noexcept nogil:
+cdef double path_kernel_similarity(
+    PathKernel* params, double cost, Doubles left, Doubles right
+) noexcept nogil:
     """Return what the strength says of the kernel, in 0..1: K_ab / sqrt(K_aa K_bb), or K_ab / (1 + K_ab)."""
     cdef double total, scale = 1.0
     if params.form == DAMPED:
@@ -132,7 +136,7 @@ cdef double _kernel(PathKernel* params, Doubles left, Doubles right) noexcept no
 
 
 cdef double _vertex_kernel(PathKernel* params, Doubles left, Doubles right, int64_t at) noexcept nogil:
-    """Compare the covariances of a joint; the products of covariances are never negative, but NaN where it is missing."""
+    """Compare the covariances of a joint, whose products are never negative, but NaN where it is missing."""
     cdef double xx = 0.0, yy = 0.0, xy = 0.0, limit = AT_REST * AT_REST
     cdef int64_t d
     for d in range(at, at + params.covariance):

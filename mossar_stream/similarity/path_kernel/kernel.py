@@ -1,4 +1,4 @@
-"""The parameters of the path kernel, and where the parts of its summaries lie; `kernel.pxi` has the measure."""
+"""The parameters of the path kernel and the layout of its summaries; `kernel.pxi` has the measure."""
 
 import numpy as np
 from numpy.typing import NDArray

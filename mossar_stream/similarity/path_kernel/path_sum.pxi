@@ -36,7 +36,8 @@ cdef struct Search:  # Tarjan's search: (V,) each, zero before the first compone
 
 
 cdef double path_sum(
-    const double* vertex_weights, int64_t count, const int64_t* edges, const double* edge_weights, int64_t edge_count
+    const double* vertex_weights, int64_t count, const int64_t* edges, const double* edge_weights,
+    int64_t edge_count,
 ) noexcept nogil:
     """Sum the products of weights over all simple paths of an undirected graph.
 

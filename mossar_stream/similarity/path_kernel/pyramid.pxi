@@ -46,7 +46,9 @@ cdef struct PathKernel:
     int64_t size  # of a summary
 
 
-cdef void add_moments(PathKernel* params, Doubles summary, FloatRows pose, double time, double weight) noexcept nogil:
+cdef void add_moments(
+    PathKernel* params, Doubles summary, FloatRows pose, double time, double weight
+) noexcept nogil:
     """Add a pose to the bin of its time, before it is added to the summary's duration.
 
     Args:
@@ -172,7 +174,7 @@ cdef void merge_moments(PathKernel* params, Doubles target, Doubles other) noexc
 
 
 cdef inline int64_t _bins_of_both(const double* clock, int64_t first, int64_t last) noexcept nogil:
-    """Return how many bins reach from the earlier one of the clock's first and `first` to the later one of the last."""
+    """Return how many bins reach from the earlier of the two first ones to the later of the two last ones."""
     return max(<int64_t>clock[CLOCK_LAST], last) - min(<int64_t>clock[CLOCK_FIRST], first) + 1
 
 

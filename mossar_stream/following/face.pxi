@@ -1,0 +1,127 @@
+"""Face of followed moves: what Python calls, and where it finds the parts of a bank and of a performer's memory.
+
+A part is described by its offset in bytes, the name of its record or number type, and its shape.
+"""
+
+FOLLOW_CONSTANTS = {
+    "PERIOD": PERIOD,
+    "MOST_PHASES": MOST_PHASES,
+    "LAYERS": LAYERS,
+    "CAP": CAP,
+    "MOVE_UNCHANGED": MOVE_UNCHANGED,
+    "MOVE_BEGUN": MOVE_BEGUN,
+    "MOVE_GOES_ON": MOVE_GOES_ON,
+    "MOVE_DONE": MOVE_DONE,
+    "MOVE_LEFT": MOVE_LEFT,
+}
+
+
+def address_of_follow_frame():
+    """Return the address of the function that a reader of followed moves has."""
+    return <size_t><void*>&follow_frame
+
+
+def follow_bank_bytes(int64_t points, int64_t bones, int64_t[::1] phases):
+    """Return the bytes of a bank, by the phases of each example."""
+    cdef FollowHead head
+    cdef int64_t t, numbers
+    memset(&head, 0, sizeof(FollowHead))
+    head.points, head.bones, head.examples = points, bones, phases.shape[0]
+    numbers = 3 * points + head.examples * bones
+    for t in range(head.examples):
+        numbers += floats_of_followed(phases[t], bones)
+    return <uint8_t*>(lay_out_follow_bank(NOWHERE, &head).floats + numbers) - NOWHERE
+
+
+def place_follow_examples(uint8_t[::1] store):
+    """Note where things of examples lie; the counts of the head and the `phases` of each example are written already."""
+    cdef FollowBank bank
+    bank = open_follow_bank(&store[0])
+    place_examples(&bank)
+
+
+def follow_bank_parts(uint8_t[::1] store):
+    """Return the parts of a bank, of which the head is written; of what follows examples, if they are placed."""
+    cdef FollowBank bank
+    cdef FollowHead* head
+    cdef uint8_t* begin
+    begin = &store[0]
+    bank = open_follow_bank(begin)
+    head = bank.head
+    return {
+        "head": (0, "FollowHead", (1,)),
+        "points": (<uint8_t*>bank.points - begin, "JointPair", (head.points,)),
+        "bones": (<uint8_t*>bank.bones - begin, "Bone", (head.bones,)),
+        "examples": (<uint8_t*>bank.examples - begin, "FollowedExample", (head.examples,)),
+        "first_pose": (<uint8_t*>bank.floats - begin, "float32", (head.points, 3)),
+        "weights": (<uint8_t*>weights_of_bones(&bank).at - begin, "float32", (head.examples, head.bones)),
+    }
+
+
+def follow_example_parts(uint8_t[::1] store, int64_t t):
+    """Return where the directions of an example and their means lie in a bank."""
+    cdef FollowBank bank
+    cdef FollowedExample* example
+    cdef uint8_t* begin
+    begin = &store[0]
+    bank = open_follow_bank(begin)
+    example = &bank.examples[t]
+    return {
+        "directions": (
+            <uint8_t*>directions_of_followed(&bank, example).at - begin, "float32",
+            (bank.head.bones, 3, example.padded),
+        ),
+        "means": (<uint8_t*>means_of_followed(&bank, example).at - begin, "float32", (bank.head.bones, 3)),
+    }
+
+
+def follow_memory_bytes(uint8_t[::1] store):
+    """Return the bytes that following takes for one performer."""
+    cdef FollowBank bank
+    bank = open_follow_bank(&store[0])
+    return follow_memory_size(&bank)
+
+
+def follow_memory_parts(uint8_t[::1] store):
+    """Return the parts of a performer's memory, but for cells."""
+    cdef FollowHead* head
+    cdef FollowMemory known
+    head = <FollowHead*>&store[0]
+    known = open_follow_memory(NOWHERE, head)
+    return {
+        "state": (0, "FollowingState", (1,)),
+        "moves": (<uint8_t*>known.moves - NOWHERE, "FollowedMove", (head.moves,)),
+        "happened": (<uint8_t*>known.happened - NOWHERE, "int64", (head.moves,)),
+        "reports": (<uint8_t*>known.reports.at - NOWHERE, "float64", (head.moves, known.reports.columns)),
+        "boxes": (<uint8_t*>known.boxes - NOWHERE, "float32", (head.moves, 2, head.bones, 3)),
+        "rings": (<uint8_t*>known.rings - NOWHERE, "float32", (head.strides, head.ring, head.bones, 3)),
+    }
+
+
+def follow_cell_parts(uint8_t[::1] store, int64_t t):
+    """Return where the cells of an example lie in a performer's memory."""
+    cdef FollowBank bank
+    cdef Cells cells
+    bank = open_follow_bank(&store[0])
+    cells = open_cells(NOWHERE, &bank.examples[t])
+    return {
+        "costs": (<uint8_t*>cells.costs.at - NOWHERE, "float32", (LAYERS, cells.costs.columns)),
+        "steps": (<uint8_t*>cells.steps.at - NOWHERE, "uint8", (cells.steps.rows, cells.steps.columns)),
+    }
+
+
+def begin_following(uint8_t[::1] memory, uint8_t[::1] store):
+    """Set the memory of a performer to what it is before the first frame of a take, but for `every`."""
+    cdef FollowBank bank
+    bank = open_follow_bank(&store[0])
+    begin_follow_memory(&memory[0], &bank)
+
+
+def finish_take(uint8_t[::1] memory, uint8_t[::1] store):
+    """Decide everything at the end of a take; see `happened` of the moves."""
+    finish_following(&memory[0], &store[0])
+
+
+def evaluate(uint8_t[::1] memory, uint8_t[::1] store, int64_t m):
+    """Write what is to be reported of a move that is being made."""
+    evaluate_move(&memory[0], &store[0], m)
