@@ -19,7 +19,7 @@ from mossar_stream import (
     segment_recording,
     step_table,
 )
-from mossar_stream.steps import tracking
+from mossar_stream.core.kernels import RECORDS
 from mossar_stream.steps.feet import feet_of
 
 STEPS = Settings(steps=True, feet=FEET, level="posture")
@@ -113,7 +113,7 @@ def test_a_state_of_other_feet_is_refused():
     known = bytearray(stepping.to_bytes())
     with pytest.raises(SnapshotError, match="another size"):
         stepping.go_on_from(bytes(known[:-1]))
-    known[tracking.STEPS.fields["feet"][1]] ^= 1
+    known[RECORDS["Steps"].fields["feet"][1]] ^= 1
     with pytest.raises(SnapshotError, match="other feet"):
         stepping.go_on_from(bytes(known))
 
