@@ -115,11 +115,15 @@ cdef dict _records():
     cdef Seat seat
     cdef Tools tools
     cdef Counters counters
-    cdef Measure measure
     cdef Counting counting
     cdef Periods periods
     cdef Labels labels
     cdef Steps steps
+    cdef RecognitionState recognition_state
+    cdef PosesHead poses_head
+    cdef MoveStore move_store
+    cdef FollowReport follow_report
+    cdef FollowHead follow_head
     return {
         "Plan": np.asarray(<Plan[:1]>&plan).dtype,
         "Row": np.asarray(<Row[:1]>&row).dtype,
@@ -136,16 +140,31 @@ cdef dict _records():
         "LoopHead": np.asarray(<LoopHead[:1]>&head).dtype,
         "Seat": np.asarray(<Seat[:1]>&seat).dtype,
         "Counters": np.asarray(<Counters[:1]>&counters).dtype,
-        "Measure": np.asarray(<Measure[:1]>&measure).dtype,
         "Counting": np.asarray(<Counting[:1]>&counting).dtype,
         "Periods": np.asarray(<Periods[:1]>&periods).dtype,
         "Labels": np.asarray(<Labels[:1]>&labels).dtype,
+        "FollowHead": np.asarray(<FollowHead[:1]>&follow_head).dtype,
+        "FollowReport": np.asarray(<FollowReport[:1]>&follow_report).dtype,
+        "MoveStore": np.asarray(<MoveStore[:1]>&move_store).dtype,
+        "PosesHead": np.asarray(<PosesHead[:1]>&poses_head).dtype,
+        "RecognitionState": np.asarray(<RecognitionState[:1]>&recognition_state).dtype,
         "Steps": np.asarray(<Steps[:1]>&steps).dtype,
         "Tools": np.asarray(<Tools[:1]>&tools).dtype,
     }
 
 
+def _with_pairs(kind):
+    """Return a record type whose members of two float64 are records again: the compiler describes these as complex numbers."""
+    members = {name: _PAIRS.get(name, kind[name]) for name in kind.names}
+    return np.dtype(
+        {"names": list(members), "formats": list(members.values()), "offsets": [kind.fields[n][1] for n in members], "itemsize": kind.itemsize}
+    )
+
+
+_BOUT = np.dtype([("begin", "f8"), ("end", "f8")])
+_PAIRS = {"tempo": np.dtype([("spread", "f8"), ("squared_speed", "f8")])}
 RECORDS = _records()
+RECORDS["Row"], RECORDS["Bout"] = _with_pairs(RECORDS["Row"]), _BOUT
 
 # Constants that Python needs, too; `kernels` offers them by name.
 CONSTANTS = {

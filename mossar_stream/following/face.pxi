@@ -3,7 +3,7 @@
 A part is described by its offset in bytes, the name of its record or number type, and its shape.
 """
 
-FOLLOW_CONSTANTS = {
+CONSTANTS.update({
     "PERIOD": PERIOD,
     "MOST_PHASES": MOST_PHASES,
     "LAYERS": LAYERS,
@@ -13,7 +13,7 @@ FOLLOW_CONSTANTS = {
     "MOVE_GOES_ON": MOVE_GOES_ON,
     "MOVE_DONE": MOVE_DONE,
     "MOVE_LEFT": MOVE_LEFT,
-}
+})
 
 
 def address_of_follow_frame():

@@ -3,7 +3,7 @@
 A part is described by its offset in bytes, the name of its record or number type, and its shape.
 """
 
-MOVE_CONSTANTS = {
+CONSTANTS.update({
     "CONFIRMED": CONFIRMED,
     "FINAL": FINAL,
     "WITHDRAWN": WITHDRAWN,
@@ -15,7 +15,7 @@ MOVE_CONSTANTS = {
     "SMOOTHED": SMOOTHED,
     "AVERAGED": AVERAGED,
     "ONSET": ONSET,
-}
+})
 
 
 def address_of_recognise():

@@ -3,12 +3,12 @@
 A part is described by its offset in bytes, the name of its record or number type, and its shape.
 """
 
-POSE_CONSTANTS = {
+CONSTANTS.update({
     "POSE_UNCHANGED": POSE_UNCHANGED,
     "POSE_ENTERED": POSE_ENTERED,
     "POSE_HELD": POSE_HELD,
     "POSE_LEFT": POSE_LEFT,
-}
+})
 
 
 def address_of_match_frame():
