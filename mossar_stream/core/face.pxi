@@ -119,11 +119,6 @@ cdef dict _records():
     cdef Periods periods
     cdef Labels labels
     cdef Steps steps
-    cdef RecognitionState recognition_state
-    cdef PosesHead poses_head
-    cdef MoveStore move_store
-    cdef FollowReport follow_report
-    cdef FollowHead follow_head
     return {
         "Plan": np.asarray(<Plan[:1]>&plan).dtype,
         "Row": np.asarray(<Row[:1]>&row).dtype,
@@ -143,11 +138,6 @@ cdef dict _records():
         "Counting": np.asarray(<Counting[:1]>&counting).dtype,
         "Periods": np.asarray(<Periods[:1]>&periods).dtype,
         "Labels": np.asarray(<Labels[:1]>&labels).dtype,
-        "FollowHead": np.asarray(<FollowHead[:1]>&follow_head).dtype,
-        "FollowReport": np.asarray(<FollowReport[:1]>&follow_report).dtype,
-        "MoveStore": np.asarray(<MoveStore[:1]>&move_store).dtype,
-        "PosesHead": np.asarray(<PosesHead[:1]>&poses_head).dtype,
-        "RecognitionState": np.asarray(<RecognitionState[:1]>&recognition_state).dtype,
         "Steps": np.asarray(<Steps[:1]>&steps).dtype,
         "Tools": np.asarray(<Tools[:1]>&tools).dtype,
     }

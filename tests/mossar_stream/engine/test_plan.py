@@ -7,9 +7,9 @@ import pytest
 
 from mossar_adapters.demo import SKELETON
 from mossar_stream import Settings, Skeleton
+from mossar_stream.core.kernels import move_memory_bytes, move_store_bytes
 from mossar_stream.core.plan import Plan
 from mossar_stream.moves.groups import groups_of
-from mossar_stream.moves.recogniser import memory_bytes, store_bytes
 from mossar_stream.segmenter.limbs import settings_of_limbs
 
 ROOT = Path(__file__).parents[3]
@@ -42,8 +42,8 @@ def test_memory_of_limbs():
 
 
 def test_memory_of_moves():
-    example = store_bytes(21, 2, 1) - store_bytes(21, 1, 1)
+    example = move_store_bytes(21, 2, 1) - move_store_bytes(21, 1, 1)
     assert said("docs/moves.md", r"size: (\d+) kB .* 21 joints [\s\S]*?(\d\.\d) kB each") == [
-        round(memory_bytes(21, 14) / 1000),
+        round(move_memory_bytes(21, 14) / 1000),
         round(example / 1000, 1),
     ]

@@ -6,14 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mossar_stream import FollowEvent, FrameError, Moves, MovesError, Segmenter, Skeleton, SnapshotError
-from mossar_stream.following.bank import examples_of
-from mossar_stream.following.layout import (
-    FOLLOWING_STATE,
-    FOLLOWING_STATE_BYTES,
-    LAYERS,
-    MOVE,
-    MOVE_BYTES,
-)
+from mossar_stream.core.kernels import follow_cell_parts, follow_memory_parts
+from mossar_stream.moves.parts import parts_of
 
 from ..segmenter.test_steps import Striking  # noqa: TID252 - as the tests beside it
 from .test_following import (
@@ -274,8 +268,7 @@ def test_a_way_that_leads_out_of_the_cells_is_refused(halfway, name):
     for value in DAMAGE[name]:
 
         def change(memory, value=value):
-            begin = FOLLOWING_STATE_BYTES
-            memory[begin : begin + len(alignment.names) * MOVE_BYTES].view(MOVE)[name][0] = value
+            parts_of(memory, follow_memory_parts(alignment.store))["moves"][name][0] = value
 
         with pytest.raises(SnapshotError, match="contradicts itself"):
             alignment.go_on_from(changed(alignment, change))
@@ -286,11 +279,9 @@ def test_a_way_that_leads_out_of_the_cells_is_refused(halfway, name):
 def test_a_step_beyond_the_first_phase_is_refused(halfway, value, column):
     """The trace of a way would leave the memory: that was a segmentation fault."""
     alignment = halfway._followers.alignment
-    example = examples_of(alignment.store)[0]
-    at = int(example["memory"]) + 16 * LAYERS * int(example["phases"]) + column
 
     def change(memory):
-        memory[at] = value
+        parts_of(memory, follow_cell_parts(alignment.store, 0))["steps"][0, column] = value
 
     with pytest.raises(SnapshotError, match="contradicts itself"):
         alignment.go_on_from(changed(alignment, change))
@@ -301,8 +292,7 @@ def test_directions_that_are_none_are_refused(halfway, value):
     alignment = halfway._followers.alignment
 
     def change(memory):
-        at = alignment._boxes.__array_interface__["data"][0] - alignment.state.ctypes.data
-        memory[at : at + 4].view(np.float32)[0] = value
+        parts_of(memory, follow_memory_parts(alignment.store))["boxes"].flat[0] = value
 
     with pytest.raises(SnapshotError, match="contradicts itself"):
         alignment.go_on_from(changed(alignment, change))
@@ -313,7 +303,7 @@ def test_a_sample_that_is_never_due_or_always_is_refused(halfway, next_sample):
     alignment = halfway._followers.alignment
 
     def change(memory):
-        memory[:FOLLOWING_STATE_BYTES].view(FOLLOWING_STATE)["next"] = next_sample
+        parts_of(memory, follow_memory_parts(alignment.store))["state"]["next"] = next_sample
 
     with pytest.raises(SnapshotError, match="contradicts itself"):
         alignment.go_on_from(changed(alignment, change))

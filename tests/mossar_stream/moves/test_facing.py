@@ -4,32 +4,13 @@ import numpy as np
 import pytest
 
 from mossar_stream import Skeleton
-from mossar_stream.jit.decorators import entry_point
-from mossar_stream.moves.facing import facing_of, girdles_of, heading, smooth_facing, turned_back
+from mossar_stream.core.kernels import brought_back, facing, smoothed_facing
+from mossar_stream.moves.facing import girdles_of
 
 from .conftest import PERSON, STANDING
 
 # The person of these tests has the left side towards -x, so it faces -z.
 UPRIGHT = STANDING * [-1.0, 1.0, 1.0]
-
-
-@entry_point
-def facing(joints, girdles):
-    x, z = facing_of(joints, girdles)
-    return x, z
-
-
-@entry_point
-def smoothed(held, found, times):
-    for i in range(len(times)):
-        smooth_facing(held, found[i, 0], found[i, 1], times[i] - times[max(i - 1, 0)])
-
-
-@entry_point
-def brought_back(x, z, facing_x, facing_z):
-    cosine, sine = heading(facing_x, facing_z)
-    back_x, back_z = turned_back(x, z, cosine, sine)
-    return back_x, back_z
 
 
 def turn(axis, degrees):
@@ -82,12 +63,12 @@ def test_a_smoothed_facing_settles_and_stays_where_nothing_is_known():
     found = np.tile([1.0, 0.0], (61, 1))
     found[0] = 0.0, 1.0
     found[40:] = 0.0
-    smoothed(held, found[:10], times[:10])
+    smoothed_facing(held, found[:10], times[:10])
     assert held == pytest.approx([1 - np.exp(-1), np.exp(-1)], abs=1e-6)
-    smoothed(held, found[9:40], times[9:40])
+    smoothed_facing(held, found[9:40], times[9:40])
     last = held.copy()
     assert last[0] > 0.95
-    smoothed(held, found[40:], times[40:])
+    smoothed_facing(held, found[40:], times[40:])
     assert (held == last).all()
 
 

@@ -17,8 +17,8 @@ from mossar_stream import (
     SnapshotError,
     segment_recording,
 )
+from mossar_stream.core.kernels import move_memory_bytes
 from mossar_stream.events import to_json
-from mossar_stream.moves.recogniser import memory_bytes
 
 from .conftest import FPS, MOVES, PERSON, session
 
@@ -108,7 +108,7 @@ def test_a_damaged_state_of_moves_is_refused(moves):
     with pytest.raises(SnapshotError, match="bytes"):
         recognition.go_on_from(b"\0" * 10)
     with pytest.raises(SnapshotError, match="contradicts"):
-        recognition.go_on_from(b"\xff" * memory_bytes(15, len(moves.names)))
+        recognition.go_on_from(b"\xff" * move_memory_bytes(15, len(moves.names)))
 
 
 def test_rest_noise_and_other_movement_are_no_moves(moves):
