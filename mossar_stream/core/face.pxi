@@ -114,7 +114,6 @@ cdef dict _records():
     cdef Seat seat
     cdef Tools tools
     cdef Counters counters
-    cdef Measure measure
     cdef Counting counting
     cdef Periods periods
     cdef Labels labels
@@ -126,7 +125,6 @@ cdef dict _records():
         "Key": np.asarray(<Key[:1]>&key).dtype,
         "Mark": np.asarray(<Mark[:1]>&mark).dtype,
         "Memo": np.asarray(<Memo[:1]>&memo).dtype,
-        "Bout": np.dtype([("begin", "f8"), ("end", "f8")]),  # to Cython two doubles are a complex number
         "Note": np.asarray(<Note[:1]>&note).dtype,
         "Event": np.asarray(<Event[:1]>&event).dtype,
         "Station": np.asarray(<Station[:1]>&station).dtype,
@@ -135,7 +133,6 @@ cdef dict _records():
         "LoopHead": np.asarray(<LoopHead[:1]>&head).dtype,
         "Seat": np.asarray(<Seat[:1]>&seat).dtype,
         "Counters": np.asarray(<Counters[:1]>&counters).dtype,
-        "Measure": np.asarray(<Measure[:1]>&measure).dtype,
         "Counting": np.asarray(<Counting[:1]>&counting).dtype,
         "Periods": np.asarray(<Periods[:1]>&periods).dtype,
         "Labels": np.asarray(<Labels[:1]>&labels).dtype,
@@ -144,7 +141,18 @@ cdef dict _records():
     }
 
 
+def _with_pairs(kind):
+    """Return a record type whose members of two float64 are records again: the compiler describes these as complex numbers."""
+    members = {name: _PAIRS.get(name, kind[name]) for name in kind.names}
+    return np.dtype(
+        {"names": list(members), "formats": list(members.values()), "offsets": [kind.fields[n][1] for n in members], "itemsize": kind.itemsize}
+    )
+
+
+_BOUT = np.dtype([("begin", "f8"), ("end", "f8")])
+_PAIRS = {"tempo": np.dtype([("spread", "f8"), ("squared_speed", "f8")])}
 RECORDS = _records()
+RECORDS["Row"], RECORDS["Bout"] = _with_pairs(RECORDS["Row"]), _BOUT
 
 # Constants that Python needs, too; `kernels` offers them by name.
 CONSTANTS = {

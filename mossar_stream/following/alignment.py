@@ -8,7 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.core.kernels import (
-    FOLLOW_CONSTANTS,
+    MOVE_BEGUN,
+    MOVE_DONE,
+    MOVE_GOES_ON,
+    MOVE_LEFT,
+    MOVE_UNCHANGED,
     RECORDS,
     address_of_follow_frame,
     begin_following,
@@ -29,12 +33,11 @@ from mossar_stream.settings import Settings
 from mossar_stream.skeleton import Skeleton
 
 Follow = bool | tuple[str, ...]  # names of moves; True for all
-UNCHANGED, DONE, LEFT = (FOLLOW_CONSTANTS[f"MOVE_{what}"] for what in ("UNCHANGED", "DONE", "LEFT"))
 FOLLOW_STATUS_BY_CODE: dict[int, FollowStatus] = {
-    FOLLOW_CONSTANTS["MOVE_BEGUN"]: "begun",
-    FOLLOW_CONSTANTS["MOVE_GOES_ON"]: "progress",
-    DONE: "done",
-    LEFT: "left",
+    MOVE_BEGUN: "begun",
+    MOVE_GOES_ON: "progress",
+    MOVE_DONE: "done",
+    MOVE_LEFT: "left",
 }
 FOLLOW_REPORT = RECORDS["FollowReport"]
 MOVES_LEAST = 0.2  # extent, as a chord, from which a limb moves in an example
@@ -203,7 +206,7 @@ class Alignment:
             take: Number of the take that is open.
         """
         happened = self._happened.tolist()
-        return [self._event(m, take, what) for m, what in enumerate(happened) if what != UNCHANGED], None
+        return [self._event(m, take, what) for m, what in enumerate(happened) if what != MOVE_UNCHANGED], None
 
     def decide(self, take: int, pending: list[Event]) -> None:
         """Decide what is being made; `pending` gets the events."""
@@ -221,7 +224,7 @@ class Alignment:
             events, _ = self.report(take)
             if begins:
                 self._begin()
-            self._happened[:] = UNCHANGED
+            self._happened[:] = MOVE_UNCHANGED
         except BaseException:
             self.state[:] = before
             raise
@@ -260,7 +263,7 @@ class Alignment:
 
     def _event(self, m: int, take: int, what: int) -> FollowEvent:
         report, limbs = self._report(m)
-        done = what == DONE
+        done = what == MOVE_DONE
         deviation = report["deviation"]
         return FollowEvent(
             performer=self._performer,
@@ -274,7 +277,7 @@ class Alignment:
             time=report["time"],
             progress=report["progress"],
             tempo=report["tempo"],
-            certainty=1.0 if done else 0.0 if what == LEFT else certainty(report),
+            certainty=1.0 if done else 0.0 if what == MOVE_LEFT else certainty(report),
             deviation=deviation,
             limbs=limbs,
             joint=self._joint(report),
@@ -300,7 +303,7 @@ class Alignment:
 
     def to_bytes(self) -> bytes:
         """Return what is known of the performer, for a snapshot."""
-        self._happened[:] = UNCHANGED
+        self._happened[:] = MOVE_UNCHANGED
         return self.state.tobytes()
 
     def go_on_from(self, content: bytes) -> None:

@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.core.kernels import (
-    FOLLOW_CONSTANTS,
+    CAP,
+    MOST_PHASES,
+    PERIOD,
     RECORDS,
     follow_bank_bytes,
     follow_bank_parts,
@@ -27,7 +29,6 @@ from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
 
 FOLLOW_HEAD = RECORDS["FollowHead"]
-PERIOD, MOST_PHASES, CAP = (FOLLOW_CONSTANTS[name] for name in ("PERIOD", "MOST_PHASES", "CAP"))
 LONGEST_EXAMPLE = 60.0  # s, of a movement that is followed
 SHORTEST_EXAMPLE = 4  # phases
 LEAST_MOVED = 1e-4  # mean square of the chord by which an example moves

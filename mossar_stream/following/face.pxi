@@ -3,7 +3,7 @@
 A part is described by its offset in bytes, the name of its record or number type, and its shape.
 """
 
-FOLLOW_CONSTANTS = {
+CONSTANTS.update({
     "PERIOD": PERIOD,
     "MOST_PHASES": MOST_PHASES,
     "LAYERS": LAYERS,
@@ -13,7 +13,7 @@ FOLLOW_CONSTANTS = {
     "MOVE_GOES_ON": MOVE_GOES_ON,
     "MOVE_DONE": MOVE_DONE,
     "MOVE_LEFT": MOVE_LEFT,
-}
+})
 
 
 def address_of_follow_frame():
@@ -125,3 +125,24 @@ def finish_take(uint8_t[::1] memory, uint8_t[::1] store):
 def evaluate(uint8_t[::1] memory, uint8_t[::1] store, int64_t m):
     """Write what is to be reported of a move that is being made."""
     evaluate_move(&memory[0], &store[0], m)
+
+
+cdef dict _follow_records():
+    """Return the numpy type of each record, as the compiler laid it out."""
+    cdef FollowHead follow_head
+    cdef Bone bone
+    cdef FollowedExample followed_example
+    cdef FollowedMove followed_move
+    cdef FollowReport follow_report
+    cdef FollowingState following_state
+    return {
+        "FollowHead": np.asarray(<FollowHead[:1]>&follow_head).dtype,
+        "Bone": np.asarray(<Bone[:1]>&bone).dtype,
+        "FollowedExample": np.asarray(<FollowedExample[:1]>&followed_example).dtype,
+        "FollowedMove": np.asarray(<FollowedMove[:1]>&followed_move).dtype,
+        "FollowReport": np.asarray(<FollowReport[:1]>&follow_report).dtype,
+        "FollowingState": np.asarray(<FollowingState[:1]>&following_state).dtype,
+    }
+
+
+RECORDS.update(_follow_records())

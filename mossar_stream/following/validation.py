@@ -7,11 +7,10 @@ that are only calculated with may be nearly anything.
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.kernels import FOLLOW_CONSTANTS, follow_cell_parts, follow_memory_parts
+from mossar_stream.core.kernels import LAYERS, PERIOD, follow_cell_parts, follow_memory_parts
 from mossar_stream.following.bank import bank_of
 from mossar_stream.moves.parts import parts_of
 
-PERIOD, LAYERS = FOLLOW_CONSTANTS["PERIOD"], FOLLOW_CONSTANTS["LAYERS"]
 WAYS_ON = 2 * LAYERS  # steps by which a way comes on: from either layer, by one phase or two
 MOST_COUNTED = 1 << 60  # no count is as large
 LONGEST_DIRECTION = 1.001  # of a bone, with rounding

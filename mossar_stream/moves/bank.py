@@ -7,8 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.core.kernels import (
-    MOVE_CONSTANTS,
+    LEAD_COUNTED,
+    LEAD_WORTH,
+    MOST,
     RECORDS,
+    SMOOTHED,
+    STRICT_WORTH,
     move_numbers,
     move_store_bytes,
     move_store_parts,
@@ -23,9 +27,6 @@ from mossar_stream.moves.rules import USUAL, Facing, MoveRule
 from mossar_stream.skeleton import Skeleton
 
 MOVE_STORE = RECORDS["MoveStore"]
-MOST, STRICT_WORTH, LEAD_WORTH, LEAD_COUNTED = (
-    MOVE_CONSTANTS[name] for name in ("MOST", "STRICT_WORTH", "LEAD_WORTH", "LEAD_COUNTED")
-)
 
 
 def make_store(
@@ -86,7 +87,7 @@ def example_poses(example: Example, joints: int, pairs: Sequence[Pair], numbers:
     ]
     placed = np.stack(lines, axis=1)
     placed[:, 1:] -= placed[:, :1]
-    placed = smoothed(placed, MOVE_CONSTANTS["SMOOTHED"], example.fps)
+    placed = smoothed(placed, SMOOTHED, example.fps)
     poses = np.zeros((len(placed), numbers), np.float32)
     poses[:, : 3 * len(pairs)] = placed.reshape(len(placed), -1)
     return poses

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.core.kernels import MOVE_CONSTANTS
+from mossar_stream.core.kernels import AVERAGED, ONSET, SMOOTHED
 from mossar_stream.errors import MovesError
 from mossar_stream.frames import plain_array
 from mossar_stream.moves.trimming import part_to_follow
@@ -22,7 +22,6 @@ PAUSE = 0.5  # s, of rest that a move may have inside
 UNIT = 1e-4  # m, to which positions are rounded
 MAX_MOVE_NAME = 64
 NUMBERS = (float, int, np.floating, np.integer)  # what a rate may be
-AVERAGED, ONSET, SMOOTHED = (MOVE_CONSTANTS[name] for name in ("AVERAGED", "ONSET", "SMOOTHED"))
 
 Coordinate = Annotated[int, msgspec.Meta(ge=-round(MAX_DISTANCE / UNIT), le=round(MAX_DISTANCE / UNIT))]
 

@@ -3,7 +3,7 @@
 A part is described by its offset in bytes, the name of its record or number type, and its shape.
 """
 
-MOVE_CONSTANTS = {
+CONSTANTS.update({
     "CONFIRMED": CONFIRMED,
     "FINAL": FINAL,
     "WITHDRAWN": WITHDRAWN,
@@ -15,7 +15,7 @@ MOVE_CONSTANTS = {
     "SMOOTHED": SMOOTHED,
     "AVERAGED": AVERAGED,
     "ONSET": ONSET,
-}
+})
 
 
 def address_of_recognise():
@@ -109,3 +109,20 @@ def mean_heading(float[:, :, ::1] positions, int64_t[::1] girdles):
     planes.at = &positions[0, 0, 0]
     planes.planes, planes.rows, planes.columns = positions.shape[0], positions.shape[1], positions.shape[2]
     return mean_heading_of(planes, &girdles[0])
+
+
+cdef dict _move_records():
+    """Return the numpy type of each record, as the compiler laid it out."""
+    cdef JointPair joint_pair
+    cdef MoveStore move_store
+    cdef MoveExample move_example
+    cdef RecognitionState recognition_state
+    return {
+        "JointPair": np.asarray(<JointPair[:1]>&joint_pair).dtype,
+        "MoveStore": np.asarray(<MoveStore[:1]>&move_store).dtype,
+        "MoveExample": np.asarray(<MoveExample[:1]>&move_example).dtype,
+        "RecognitionState": np.asarray(<RecognitionState[:1]>&recognition_state).dtype,
+    }
+
+
+RECORDS.update(_move_records())

@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.core.kernels import (
-    MOVE_CONSTANTS,
+    CONFIRMED,
+    EXPLAINED,
+    FINAL,
     RECORDS,
+    WITHDRAWN,
     move_memory_bytes,
     move_memory_parts,
 )
 from mossar_stream.moves.parts import parts_of
 
 RECOGNITION_STATE = RECORDS["RecognitionState"]
-CONFIRMED, FINAL, WITHDRAWN, EXPLAINED = (  # what happened at a frame
-    MOVE_CONSTANTS[name] for name in ("CONFIRMED", "FINAL", "WITHDRAWN", "EXPLAINED")
-)
 
 
 def memory_of(memory: NDArray[np.uint8], joints: int, moves: int) -> dict[str, NDArray[Any]]:

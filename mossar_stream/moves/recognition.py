@@ -46,11 +46,11 @@ class Recognition:
         self._joints = int(store_of(self.store)["head"][0]["joints"])
         self.state = new_memory(self._joints, len(self.names))
         self._explained = moves.explained
-        self._state: Any = self._parts()["state"][0]
+        self._state: Any = self.parts()["state"][0]
         self.reported: None = None
         self.address = address_of_recognise()
 
-    def _parts(self, memory: NDArray[np.uint8] | None = None) -> dict[str, NDArray[Any]]:
+    def parts(self, memory: NDArray[np.uint8] | None = None) -> dict[str, NDArray[Any]]:
         """Return views of the parts of a memory as large as this performer's, or of this one."""
         return memory_of(self.state if memory is None else memory, self._joints, len(self.names))
 
@@ -112,7 +112,7 @@ class Recognition:
         if state["nearest"]["open"]:
             self._explain()
         fresh = new_memory(self._joints, len(self.names))
-        self._parts(fresh)["state"][0]["found"]["number"] = state["found"]["number"]
+        self.parts(fresh)["state"][0]["found"]["number"] = state["found"]["number"]
         self.state[:] = fresh
         pending += events
 
@@ -126,11 +126,11 @@ class Recognition:
             return self
         ours, theirs = store_of(self.store), store_of(before.store)
         if all(np.array_equal(ours[name], theirs[name]) for name in ("joints", "limbs")):
-            own, known = self._parts(), before._parts()
+            own, known = self.parts(), before.parts()
             for name in ("state", "poses"):
                 own[name][:] = known[name]
             for record, field in (("found", "move"), ("before", "move"), ("decision", "leader")):
-                move = int(before._state[record][field])
+                move = int(known["state"][0][record][field])
                 name = before.names[move] if move >= 0 else ""
                 self._state[record][field] = self.names.index(name) if name in self.names else -1
             self._state["nearest"]["open"] = 0
@@ -187,7 +187,7 @@ class Recognition:
         if len(content) != len(self.state):
             raise SnapshotError(f"the snapshot's moves have {len(content)} bytes, not {len(self.state)}")
         memory = np.frombuffer(content, np.uint8).copy()
-        parts = self._parts(memory)
+        parts = self.parts(memory)
         if not _is_sound(parts["state"][0], parts["poses"], len(self.names), len(self._limbs)):
             raise SnapshotError("the snapshot's state of moves contradicts itself")
         self.state[:] = memory

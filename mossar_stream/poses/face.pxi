@@ -3,12 +3,12 @@
 A part is described by its offset in bytes, the name of its record or number type, and its shape.
 """
 
-POSE_CONSTANTS = {
+CONSTANTS.update({
     "POSE_UNCHANGED": POSE_UNCHANGED,
     "POSE_ENTERED": POSE_ENTERED,
     "POSE_HELD": POSE_HELD,
     "POSE_LEFT": POSE_LEFT,
-}
+})
 
 
 def address_of_match_frame():
@@ -59,3 +59,18 @@ def pose_memory_parts(uint8_t[::1] store):
         "strays": (<uint8_t*>known.strays.at - NOWHERE, "float64", (head.bones,)),
         "chords": (<uint8_t*>known.chords.at - NOWHERE, "float64", (head.bones,)),
     }
+
+
+cdef dict _pose_records():
+    """Return the numpy type of each record, as the compiler laid it out."""
+    cdef PosesHead poses_head
+    cdef ShownPose shown_pose
+    cdef HoldingState holding_state
+    return {
+        "PosesHead": np.asarray(<PosesHead[:1]>&poses_head).dtype,
+        "ShownPose": np.asarray(<ShownPose[:1]>&shown_pose).dtype,
+        "HoldingState": np.asarray(<HoldingState[:1]>&holding_state).dtype,
+    }
+
+
+RECORDS.update(_pose_records())

@@ -7,7 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.core.kernels import (
-    POSE_CONSTANTS,
+    POSE_ENTERED,
+    POSE_HELD,
+    POSE_LEFT,
+    POSE_UNCHANGED,
     address_of_match_frame,
     pose_memory_bytes,
     pose_memory_parts,
@@ -20,11 +23,10 @@ from mossar_stream.poses.bank import bones_of, make_bank
 from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
 
-UNCHANGED = POSE_CONSTANTS["POSE_UNCHANGED"]
 POSE_STATUS_BY_CODE: dict[int, PoseStatus] = {
-    POSE_CONSTANTS["POSE_ENTERED"]: "entered",
-    POSE_CONSTANTS["POSE_HELD"]: "held",
-    POSE_CONSTANTS["POSE_LEFT"]: "left",
+    POSE_ENTERED: "entered",
+    POSE_HELD: "held",
+    POSE_LEFT: "left",
 }
 
 
@@ -132,7 +134,7 @@ class Holding:
 
     def to_bytes(self) -> bytes:
         """Return what is known of the performer, for a snapshot."""
-        self._state["happened"] = UNCHANGED
+        self._state["happened"] = POSE_UNCHANGED
         return self.state.tobytes()
 
     def go_on_from(self, content: bytes) -> None:
@@ -161,7 +163,7 @@ class Holding:
             and 0 <= int(state["latest"]) < poses
             and all(0 <= int(state[name]) < 1 << 60 for name in ("frames", "matched", "rev", "number"))
             and int(state["is_held"]) in (0, 1)
-            and int(state["happened"]) == UNCHANGED
+            and int(state["happened"]) == POSE_UNCHANGED
             and not math.isnan(state["due"])
             and all(math.isfinite(time) for time in times)
             and all(bool(np.isfinite(part).all()) for part in (state["facing"], *numbers))

@@ -281,7 +281,7 @@ def test_a_step_beyond_the_first_phase_is_refused(halfway, value, column):
     alignment = halfway._followers.alignment
 
     def change(memory):
-        parts_of(memory, follow_cell_parts(alignment.store, 0))["steps"].flat[column] = value
+        parts_of(memory, follow_cell_parts(alignment.store, 0))["steps"][0, column] = value
 
     with pytest.raises(SnapshotError, match="contradicts itself"):
         alignment.go_on_from(changed(alignment, change))

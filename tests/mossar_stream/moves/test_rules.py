@@ -156,6 +156,6 @@ def test_another_posture_and_another_movement_are_unlike():
 def test_a_snapshot_with_a_nearest_move_that_is_none_is_refused(moves):
     recognition = Segmenter(PERSON, moves=moves).recognition
     content = np.frombuffer(recognition.to_bytes(), np.uint8).copy()
-    recognition._parts(content)["state"][0]["nearest"]["move"] = 99
+    recognition.parts(content)["state"]["nearest"]["move"] = 99
     with pytest.raises(SnapshotError, match="contradicts"):
         recognition.go_on_from(content.tobytes())
