@@ -8,7 +8,9 @@ def test_long_files_functions_and_large_packages_are_listed(tmp_path, capsys, mo
     for number in range(sizes.MOST_MODULES + 1):
         (tmp_path / f"m{number}.py").write_text("")
     (tmp_path / "m0.py").write_text(body + "y = 2\n" * sizes.LONGEST_FILE)
-    kernel = "cdef void longer(\n    int64_t count\n) noexcept nogil:\n" + "    pass\n" * sizes.LONGEST_FUNCTION
+    kernel = (
+        "cdef void longer(\n    int64_t count\n) noexcept nogil:\n" + "    pass\n" * sizes.LONGEST_FUNCTION
+    )
     (tmp_path / "m1.py").rename(tmp_path / "m1.pxi")
     (tmp_path / "m1.pxi").write_text(kernel + "\n\ncdef int64_t short_one():\n    return 1\n")
     monkeypatch.setattr("sys.argv", ["sizes", str(tmp_path)])

@@ -56,7 +56,7 @@ def compiled_values(root):
         for one in list(declared):
             file, name, value = one
             with contextlib.suppress(NameError, SyntaxError):
-                known[name] = eval(re.sub(r"<u?int64_t>", "", value), known)  # noqa: S307 - our own
+                known[name] = eval(re.sub(r"<u?int64_t>", "", value), known)
                 found.setdefault(name, {})[file] = meaning(known[name])
                 declared.remove(one)
     for file, name, value in declared:  # sizes of records
@@ -87,7 +87,8 @@ def test_names_with_two_values_are_found(tmp_path, monkeypatch):
         "cdef enum:  # some\n    NEAR = 1  # m\n    LAST = MANY - 1\ncdef double WIDE = 2.0 / 4.0  # m\ncdef enum:\n    MANY = 8\n"
     )
     assert compiled_values(folder) == {
-        name: {"two.pxi": value} for name, value in (("NEAR", 1.0), ("MANY", 8.0), ("WIDE", 0.5), ("LAST", 7.0))
+        name: {"two.pxi": value}
+        for name, value in (("NEAR", 1.0), ("MANY", 8.0), ("WIDE", 0.5), ("LAST", 7.0))
     }
     assert found == {
         "NEAR": {"one": 1.0},

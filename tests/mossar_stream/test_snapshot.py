@@ -105,7 +105,18 @@ def numbers_in(name):
 
 def test_rows_that_are_laid_out_otherwise_have_the_next_version(core):
     # Does this fail? Then raise SNAPSHOT_VERSION unless names alone have changed, and take the new digest down beside it.
-    kept = ("Row", "Key", "Mark", "Memo", "Bout", "Note", "Counting", "Periods", "Measure", "RecognitionState")
+    kept = (
+        "Row",
+        "Key",
+        "Mark",
+        "Memo",
+        "Bout",
+        "Note",
+        "Counting",
+        "Periods",
+        "Measure",
+        "RecognitionState",
+    )
     kinds = [REGIONS, *(RECORDS[name].descr for name in kept)]
     lines = [numbers_in(name) for name in ("core/joint_pages.pxi", "similarity/summary.pxi")]
     rows = [Plan(core.skeleton(33), Settings(**kind)).shape.offsets() for kind in KINDS.values()]
@@ -334,4 +345,3 @@ def test_pending_events_are_kept(core):
     events = [s.push(positions[-1], times[-1] + 0.01) for s in (own, restored)]
     assert core.lines(events[0]) == core.lines(events[1])
     assert core.key_frames(events[1], "merged")
-

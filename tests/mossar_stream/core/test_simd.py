@@ -130,7 +130,9 @@ def test_products_of_lines_are_those_of_the_reference(length):
     rng = np.random.default_rng(length)
     one, other = rng.normal(0, 1, (2, length)).astype(np.float32)
     assert simd_line_product(one, other) == reference.line_product(one, other)
-    assert simd_line_product(one, other) == pytest.approx(float(one.astype(float) @ other.astype(float)), abs=1e-4)
+    assert simd_line_product(one, other) == pytest.approx(
+        float(one.astype(float) @ other.astype(float)), abs=1e-4
+    )
 
 
 @pytest.mark.parametrize("count", [1, 8, 9, 24, 25, 100, 120])

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.repetitions.state import BINS
 from mossar_stream.repetitions.turning import swing_range

@@ -150,14 +150,8 @@ class Motion:
         for c in self.candidates:
             since = np.arange(first, c.confirmed + 1)
             peak = self.speed[since[self.times[since] > before + MARGIN]].max(initial=0.0)
-            rose = peak >= max(
-                kernels.REPORTED_ABOVE_NOISE * c.noise, kernels.RISEN * c.speed
-            )
-            interval = (
-                kernels.SHORT_INTERVAL
-                if c.speed <= kernels.RISEN * speed
-                else kernels.INTERVAL
-            )
+            rose = peak >= max(kernels.REPORTED_ABOVE_NOISE * c.noise, kernels.RISEN * c.speed)
+            interval = kernels.SHORT_INTERVAL if c.speed <= kernels.RISEN * speed else kernels.INTERVAL
             apart = self.times[c.frame] - before >= interval - MARGIN
             if apart and rose and c.speed <= kernels.QUICK * c.usual:
                 reported.append(c.reported)
@@ -221,9 +215,7 @@ class Motion:
             unlike = WEIGHTS.rest_distance * c.rest_distance + slowness * np.log(
                 c.speed / c.usual + kernels.SPEED_FLOOR_OF_ODDS
             )
-            return float(
-                unlike + kernels.OFF_BOUND * _off_bound(counted, self._reported(other)) / period
-            )
+            return float(unlike + kernels.OFF_BOUND * _off_bound(counted, self._reported(other)) / period)
 
         near = [i for i in range(noted) if abs(self._reported(i) - time) <= 0.5 * period + MARGIN]
         too_soon = time - last < kernels.NEAREST_END * period - MARGIN

@@ -9,12 +9,6 @@ from hypothesis import strategies as st
 
 from checks.reference import algorithms as reference
 from checks.reference import path_kernel as path_reference
-from mossar_stream.core.kernels import similarity_add_frame, similarity_strength
-from mossar_stream.core.kernels import similarity_add_pose as add_pose
-from mossar_stream.core.kernels import similarity_close as close
-from mossar_stream.core.kernels import similarity_merge_into as merge_into
-from mossar_stream.core.kernels import similarity_remerge as remerge
-from mossar_stream.core.kernels import similarity_similarity as alike
 from mossar_stream.core.kernels import (
     DURATION,
     FRAMES,
@@ -24,7 +18,14 @@ from mossar_stream.core.kernels import (
     PATH,
     STEP_BEFORE,
     TERM,
+    similarity_add_frame,
+    similarity_strength,
 )
+from mossar_stream.core.kernels import similarity_add_pose as add_pose
+from mossar_stream.core.kernels import similarity_close as close
+from mossar_stream.core.kernels import similarity_merge_into as merge_into
+from mossar_stream.core.kernels import similarity_remerge as remerge
+from mossar_stream.core.kernels import similarity_similarity as alike
 from mossar_stream.core.row import body_size, pad
 from mossar_stream.errors import SettingsError
 from mossar_stream.settings import Settings

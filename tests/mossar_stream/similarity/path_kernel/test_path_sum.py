@@ -10,14 +10,16 @@ from hypothesis import strategies as st
 
 from checks.reference import path_kernel as path_reference
 from mossar_stream.core.kernels import (
+    FRONTIER_SLOTS,
+    MOST_EDGES,
     blocks_depth_first_sum,
     blocks_elimination_order,
     blocks_frontier_sum,
     blocks_groups_of_twins,
     blocks_subset_sum,
     blocks_sum,
+    sum_of_paths,
 )
-from mossar_stream.core.kernels import FRONTIER_SLOTS, MOST_EDGES, sum_of_paths
 
 WEIGHT = st.one_of(st.just(0.0), st.floats(1e-3, 2.0))
 
