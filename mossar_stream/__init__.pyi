@@ -3,7 +3,7 @@
 from mossar_stream.angles import RangeOfMotion as RangeOfMotion
 from mossar_stream.angles import joint_angles as joint_angles
 from mossar_stream.angles import ranges_of_motion as ranges_of_motion
-from mossar_stream.engine.curve_state import CurveState as CurveState
+from mossar_stream.core.curve_state import CurveState as CurveState
 from mossar_stream.errors import FrameError as FrameError
 from mossar_stream.errors import MossarError as MossarError
 from mossar_stream.errors import MovesError as MovesError

@@ -51,13 +51,14 @@ def simd_variance_product(
 ):
     """Return mantissa and exponent."""
     cdef int64_t exponent = 0
-    cdef double mantissa = variance_product(doubles_at(sums), doubles_at(squares), begin, end, scale, floor, &exponent)
+    cdef double* some = doubles_at(sums)
+    cdef double mantissa = variance_product(some, doubles_at(squares), begin, end, scale, floor, &exponent)
     return mantissa, exponent
 
 
 def simd_spread_product(
-    cnp.ndarray sums, cnp.ndarray squares, int64_t begin, int64_t end, int64_t lines, int64_t stride, double scale,
-    double floor
+    cnp.ndarray sums, cnp.ndarray squares, int64_t begin, int64_t end, int64_t lines, int64_t stride,
+    double scale, double floor
 ):
     return spread_product(doubles_at(sums), doubles_at(squares), begin, end, lines, stride, scale, floor)
 
@@ -70,8 +71,10 @@ def simd_quantise(cnp.ndarray values, cnp.ndarray target, double scale):
     quantise(floats_at(values), <int16_t*>cnp.PyArray_DATA(target), len(values), <float>scale)
 
 
-def label_candidates(cnp.ndarray labels, cnp.ndarray notes, cnp.ndarray periods, cnp.ndarray times, cnp.ndarray found):
-    """Note candidates at these times, s, near the pose of rest and slow, and set `found` to the label of each.
+def label_candidates(
+    cnp.ndarray labels, cnp.ndarray notes, cnp.ndarray periods, cnp.ndarray times, cnp.ndarray found
+):
+    """Note candidates at these times, s, slow and in the pose of rest, and set `found` to the label of each.
 
     Args:
         labels: (1,) Labels.
@@ -93,7 +96,7 @@ def label_candidates(cnp.ndarray labels, cnp.ndarray notes, cnp.ndarray periods,
 
 
 def advance_row(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray positions, cnp.ndarray times):
-    """Process frames of a performer until something happens; return what, and how many were processed; see `advance`.
+    """Process frames of a performer until something happens; return what, and how many were processed.
 
     Args:
         row: Bytes of the performer.
@@ -103,8 +106,8 @@ def advance_row(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray positions, cnp
     """
     cdef int64_t used = 0
     cdef int64_t stop = advance(
-        <Row*>cnp.PyArray_DATA(row), <Measure*>cnp.PyArray_DATA(measure), floats_at(positions), doubles_at(times),
-        len(times), &used,
+        <Row*>cnp.PyArray_DATA(row), <Measure*>cnp.PyArray_DATA(measure), floats_at(positions),
+        doubles_at(times), len(times), &used,
     )
     return stop, used
 
