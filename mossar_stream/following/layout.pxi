@@ -73,7 +73,7 @@ cdef struct FollowedMove:
     double done  # rank of the latest performance that was done, inf if there is none
     int64_t done_first  # its samples
     int64_t done_last
-    float recent[RECENT_SAMPLES]  # progress at the last samples
+    float recent[16]  # RECENT_SAMPLES, progress at the last samples
     int64_t recents
 
 

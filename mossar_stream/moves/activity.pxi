@@ -22,7 +22,7 @@ cdef struct MoveActivity:
     double top  # m/s, largest speed since the last minimum
     double low  # m/s, least speed since the last maximum
     int64_t low_pose  # when that was
-    int64_t starts[STARTS]  # numbers of poses where moves may have begun, the latest first; -1 for none
+    int64_t starts[4]  # STARTS, numbers of poses where moves may have begun, the latest first; -1 for none
 
 
 cdef void start_move_activity(MoveActivity* activity) noexcept nogil:

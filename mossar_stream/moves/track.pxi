@@ -14,9 +14,9 @@ cdef struct Track:
     int64_t poses  # kept so far; pose n lies in line n % RING
     int64_t first  # no stretch may begin before this pose: the first one after a gap
     double time  # s, of the last pose
-    double times[RING]  # s
-    double path[RING]  # m, length of the path up to each pose since the gap
-    double speed[RING]  # m/s, mean over the joints
+    double times[128]  # s
+    double path[128]  # m, length of the path up to each pose since the gap
+    double speed[128]  # m/s, mean over the joints
 
 
 cdef bint add_track_pose(

@@ -39,15 +39,6 @@ CONSTANTS.update({
 })
 
 
-cdef object _measure_type():
-    """Return the numpy type of a measure's parameters, as the compiler laid it out."""
-    cdef Measure measure
-    return np.asarray(<Measure[:1]>&measure).dtype
-
-
-RECORDS["Measure"] = _measure_type()
-
-
 cdef inline Measure* measure_of(cnp.ndarray params):
     return <Measure*>cnp.PyArray_DATA(params)
 

@@ -41,14 +41,15 @@ cdef enum:
     STRIKE = 1
     OFF = 2
 
+# Sizes are numbers below: numpy is told of these records, and Cython describes no other arrays to it.
 cdef struct Foot:
-    int64_t points[MOST_POINTS]  # joints, -1 for none
+    int64_t points[4]  # joints, -1 for none
     int64_t state
     int64_t count  # samples so far; sample n lies at n % FOOT_RING
-    double times[FOOT_RING]  # s, when each sample was
-    double middles[FOOT_RING]  # s, the middle of the time over which its speed was measured
-    double speeds[FOOT_RING]  # m/s
-    float places[FOOT_RING][MOST_POINTS][3]  # m
+    double times[256]  # s, when each sample was
+    double middles[256]  # s, the middle of the time over which its speed was measured
+    double speeds[256]  # m/s
+    float places[256][4][3]  # m
     double centre[3]  # m, mean of the points that are seen, of the latest sample
     double base[3]  # m, where it stood
     double noise  # m/s, that it seems to have while it stands
@@ -67,7 +68,7 @@ cdef struct Foot:
 cdef struct Steps:
     double due  # s, from when on a frame becomes a sample; see readers.py
     Foot feet[2]
-    int64_t tops[MOST_TOPS]  # joints above the feet, -1 for none
+    int64_t tops[4]  # joints above the feet, -1 for none
     double up[3]  # direction upwards, not normalised; of unit length and fixed if it was given
     int64_t is_up_given
     double time  # s, of the latest frame
