@@ -95,6 +95,12 @@ def label_candidates(
         (<int64_t*>cnp.PyArray_DATA(found))[i] = label_candidate(&own)
 
 
+def swing_range_of(cnp.ndarray scores, cnp.ndarray counts):
+    """Return the range of a component, (n,) float32; counts are (BINS,) int32, set."""
+    cdef Floats own = floats(floats_at(scores), len(scores))
+    return swing_range(own, own.count, ints32(<int32_t*>cnp.PyArray_DATA(counts), len(counts)))
+
+
 def advance_row(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray positions, cnp.ndarray times):
     """Process frames of a performer until something happens; return what, and how many were processed.
 

@@ -2,16 +2,10 @@
 
 import numpy as np
 import pytest
-from mossar_stream.jit.decorators import entry_point
-from mossar_stream.repetitions.state import BINS
-from mossar_stream.repetitions.turning import swing_range
+from mossar_stream.core.kernels import BINS
+from mossar_stream.core.kernels import swing_range_of as range_of
 
 WAVE = np.sin(np.linspace(0, 12, 120)).astype(np.float32)
-
-
-@entry_point
-def range_of(scores, counts):
-    return swing_range(scores, len(scores), counts)
 
 
 def with_some(value, places):
