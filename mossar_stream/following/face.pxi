@@ -136,12 +136,12 @@ cdef dict _follow_records():
     cdef FollowReport follow_report
     cdef FollowingState following_state
     return {
-        "FollowHead": np.asarray(<FollowHead[:1]>&follow_head).dtype,
-        "Bone": np.asarray(<Bone[:1]>&bone).dtype,
-        "FollowedExample": np.asarray(<FollowedExample[:1]>&followed_example).dtype,
-        "FollowedMove": np.asarray(<FollowedMove[:1]>&followed_move).dtype,
-        "FollowReport": np.asarray(<FollowReport[:1]>&follow_report).dtype,
-        "FollowingState": np.asarray(<FollowingState[:1]>&following_state).dtype,
+        "FollowHead": record_type(<FollowHead[:1]>&follow_head),
+        "Bone": record_type(<Bone[:1]>&bone),
+        "FollowedExample": record_type(<FollowedExample[:1]>&followed_example),
+        "FollowedMove": record_type(<FollowedMove[:1]>&followed_move),
+        "FollowReport": record_type(<FollowReport[:1]>&follow_report),
+        "FollowingState": record_type(<FollowingState[:1]>&following_state),
     }
 
 

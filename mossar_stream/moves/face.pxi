@@ -118,10 +118,10 @@ cdef dict _move_records():
     cdef MoveExample move_example
     cdef RecognitionState recognition_state
     return {
-        "JointPair": np.asarray(<JointPair[:1]>&joint_pair).dtype,
-        "MoveStore": np.asarray(<MoveStore[:1]>&move_store).dtype,
-        "MoveExample": np.asarray(<MoveExample[:1]>&move_example).dtype,
-        "RecognitionState": np.asarray(<RecognitionState[:1]>&recognition_state).dtype,
+        "JointPair": record_type(<JointPair[:1]>&joint_pair),
+        "MoveStore": record_type(<MoveStore[:1]>&move_store),
+        "MoveExample": record_type(<MoveExample[:1]>&move_example),
+        "RecognitionState": record_type(<RecognitionState[:1]>&recognition_state),
     }
 
 

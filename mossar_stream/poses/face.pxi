@@ -67,9 +67,9 @@ cdef dict _pose_records():
     cdef ShownPose shown_pose
     cdef HoldingState holding_state
     return {
-        "PosesHead": np.asarray(<PosesHead[:1]>&poses_head).dtype,
-        "ShownPose": np.asarray(<ShownPose[:1]>&shown_pose).dtype,
-        "HoldingState": np.asarray(<HoldingState[:1]>&holding_state).dtype,
+        "PosesHead": record_type(<PosesHead[:1]>&poses_head),
+        "ShownPose": record_type(<ShownPose[:1]>&shown_pose),
+        "HoldingState": record_type(<HoldingState[:1]>&holding_state),
     }
 
 
