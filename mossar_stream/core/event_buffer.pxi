@@ -10,7 +10,6 @@ cdef enum:
     SEGMENT = 1
     ACTIVITY_CHANGE = 2
     TAKE_START = 3
-    # As numpy integers: a Python integer would make numba compile a version for each value.
     KEY_CANDIDATE = 0
     KEY_WITHDRAWN = 1
     KEY_CONFIRMED = 2

@@ -1,6 +1,6 @@
 """Face: what Python calls, and what it knows of records and constants. The only file here that works on Python objects."""
 
-import numpy as np
+from mossar_stream.core.records import record_type
 
 
 def run(cnp.ndarray desk, cnp.ndarray tools, cnp.ndarray measures, cnp.ndarray positions, cnp.ndarray times):
@@ -105,6 +105,7 @@ cdef dict _records():
     cdef Key key
     cdef Mark mark
     cdef Memo memo
+    cdef Bout bout
     cdef Note note
     cdef Event event
     cdef Station station
@@ -119,40 +120,30 @@ cdef dict _records():
     cdef Labels labels
     cdef Steps steps
     return {
-        "Plan": np.asarray(<Plan[:1]>&plan).dtype,
-        "Row": np.asarray(<Row[:1]>&row).dtype,
-        "Clock": np.asarray(<Clock[:1]>&clock).dtype,
-        "Key": np.asarray(<Key[:1]>&key).dtype,
-        "Mark": np.asarray(<Mark[:1]>&mark).dtype,
-        "Memo": np.asarray(<Memo[:1]>&memo).dtype,
-        "Note": np.asarray(<Note[:1]>&note).dtype,
-        "Event": np.asarray(<Event[:1]>&event).dtype,
-        "Station": np.asarray(<Station[:1]>&station).dtype,
-        "Channel": np.asarray(<Channel[:1]>&channel).dtype,
-        "Reader": np.asarray(<Reader[:1]>&reader).dtype,
-        "LoopHead": np.asarray(<LoopHead[:1]>&head).dtype,
-        "Seat": np.asarray(<Seat[:1]>&seat).dtype,
-        "Counters": np.asarray(<Counters[:1]>&counters).dtype,
-        "Counting": np.asarray(<Counting[:1]>&counting).dtype,
-        "Periods": np.asarray(<Periods[:1]>&periods).dtype,
-        "Labels": np.asarray(<Labels[:1]>&labels).dtype,
-        "Steps": np.asarray(<Steps[:1]>&steps).dtype,
-        "Tools": np.asarray(<Tools[:1]>&tools).dtype,
+        "Plan": record_type(<Plan[:1]>&plan),
+        "Row": record_type(<Row[:1]>&row),
+        "Clock": record_type(<Clock[:1]>&clock),
+        "Key": record_type(<Key[:1]>&key),
+        "Mark": record_type(<Mark[:1]>&mark),
+        "Memo": record_type(<Memo[:1]>&memo),
+        "Bout": record_type(<Bout[:1]>&bout),
+        "Note": record_type(<Note[:1]>&note),
+        "Event": record_type(<Event[:1]>&event),
+        "Station": record_type(<Station[:1]>&station),
+        "Channel": record_type(<Channel[:1]>&channel),
+        "Reader": record_type(<Reader[:1]>&reader),
+        "LoopHead": record_type(<LoopHead[:1]>&head),
+        "Seat": record_type(<Seat[:1]>&seat),
+        "Counters": record_type(<Counters[:1]>&counters),
+        "Counting": record_type(<Counting[:1]>&counting),
+        "Periods": record_type(<Periods[:1]>&periods),
+        "Labels": record_type(<Labels[:1]>&labels),
+        "Steps": record_type(<Steps[:1]>&steps),
+        "Tools": record_type(<Tools[:1]>&tools),
     }
 
 
-def _with_pairs(kind):
-    """Return a record type whose members of two float64 are records again: the compiler describes these as complex numbers."""
-    members = {name: _PAIRS.get(name, kind[name]) for name in kind.names}
-    return np.dtype(
-        {"names": list(members), "formats": list(members.values()), "offsets": [kind.fields[n][1] for n in members], "itemsize": kind.itemsize}
-    )
-
-
-_BOUT = np.dtype([("begin", "f8"), ("end", "f8")])
-_PAIRS = {"tempo": np.dtype([("spread", "f8"), ("squared_speed", "f8")])}
 RECORDS = _records()
-RECORDS["Row"], RECORDS["Bout"] = _with_pairs(RECORDS["Row"]), _BOUT
 
 # Constants that Python needs, too; `kernels` offers them by name.
 CONSTANTS = {

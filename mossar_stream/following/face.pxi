@@ -1,4 +1,4 @@
-"""Face of followed moves: what Python calls, and where it finds the parts of a bank and of a performer's memory.
+"""Face of followed moves: what Python calls, and where it finds the parts of a bank and of a memory.
 
 A part is described by its offset in bytes, the name of its record or number type, and its shape.
 """
@@ -34,14 +34,14 @@ def follow_bank_bytes(int64_t points, int64_t bones, int64_t[::1] phases):
 
 
 def place_follow_examples(uint8_t[::1] store):
-    """Note where things of examples lie; the counts of the head and the `phases` of each example are written already."""
+    """Note where things of examples lie; the head's counts and the `phases` of examples are there already."""
     cdef FollowBank bank
     bank = open_follow_bank(&store[0])
     place_examples(&bank)
 
 
 def follow_bank_parts(uint8_t[::1] store):
-    """Return the parts of a bank, of which the head is written; of what follows examples, if they are placed."""
+    """Return the parts of a bank; what lies behind the examples, once they are placed."""
     cdef FollowBank bank
     cdef FollowHead* head
     cdef uint8_t* begin
@@ -136,12 +136,12 @@ cdef dict _follow_records():
     cdef FollowReport follow_report
     cdef FollowingState following_state
     return {
-        "FollowHead": np.asarray(<FollowHead[:1]>&follow_head).dtype,
-        "Bone": np.asarray(<Bone[:1]>&bone).dtype,
-        "FollowedExample": np.asarray(<FollowedExample[:1]>&followed_example).dtype,
-        "FollowedMove": np.asarray(<FollowedMove[:1]>&followed_move).dtype,
-        "FollowReport": np.asarray(<FollowReport[:1]>&follow_report).dtype,
-        "FollowingState": np.asarray(<FollowingState[:1]>&following_state).dtype,
+        "FollowHead": record_type(<FollowHead[:1]>&follow_head),
+        "Bone": record_type(<Bone[:1]>&bone),
+        "FollowedExample": record_type(<FollowedExample[:1]>&followed_example),
+        "FollowedMove": record_type(<FollowedMove[:1]>&followed_move),
+        "FollowReport": record_type(<FollowReport[:1]>&follow_report),
+        "FollowingState": record_type(<FollowingState[:1]>&following_state),
     }
 
 

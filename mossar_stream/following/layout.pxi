@@ -1,6 +1,6 @@
 """Layout: how the bytes of followed examples, and of a performer who is followed, are laid out.
 
-Where a part of a store or of a performer's memory lies is said here and nowhere else. Python asks (`face.pxi`).
+Where a part of a store or of a performer's memory lies is said here and nowhere else; Python asks.
 """
 
 cdef double PERIOD = 1.0 / 15.0  # s between two samples of a stream, and between two phases of an example
@@ -112,7 +112,7 @@ cdef struct FollowBank:  # The parts of a bank: what is followed, described for 
     JointPair* points  # (K,) the centre first
     Bone* bones  # (B,)
     FollowedExample* examples  # (T,)
-    float* floats  # the first pose, then of each example its directions and their means, then weights of bones
+    float* floats  # the first pose, then of each example directions and their means, then weights of bones
 
 
 cdef struct FollowMemory:  # The parts of a performer's memory, besides the cells of examples.
@@ -135,7 +135,8 @@ cdef struct FollowMemory:  # The parts of a performer's memory, besides the cell
     uint8_t* end  # where the cells of the first example begin
 
 
-cdef struct Cells:  # Where ways of aligning the stream with one example stand: one that ends in each phase, and layer.
+# Where ways of aligning the stream with one example stand: one that ends in each phase, and layer.
+cdef struct Cells:
     Int32Rows firsts  # (LAYERS, n) sample where the way began
     FloatRows costs  # (LAYERS, n) summed over phases; inf where there is no way
     FloatRows weights  # (LAYERS, n) of what was summed
@@ -181,7 +182,7 @@ cdef inline FloatRows means_of_followed(FollowBank* bank, FollowedExample* examp
 
 
 cdef inline FloatRows weights_of_bones(FollowBank* bank) noexcept nogil:
-    """Return how much each bone counts in the deviation from each example, (T, B); of one example they add up to 1."""
+    """Return how much each bone counts in the deviation from an example, (T, B); each row adds up to 1."""
     cdef FollowHead* head
     cdef FollowedExample* last
     cdef int64_t begin
@@ -279,14 +280,14 @@ cdef inline int64_t in_words(int64_t size) noexcept nogil:
 
 
 cdef inline int64_t in_ring(int64_t number, int64_t size) noexcept nogil:
-    """Return the line of a ring where a sample lies, also of one before the first, whose number is negative."""
+    """Return the line of a ring where a sample lies; its number may be negative."""
     cdef int64_t line
     line = number % size
     return line + size if line < 0 else line
 
 
 cdef void place_examples(FollowBank* bank) noexcept nogil:
-    """Note where directions and cells of examples lie, by their `phases`; `ring` and `phases` of the head, too."""
+    """Note where directions and cells of examples lie, and `ring` and `phases` of the head."""
     cdef FollowHead* head
     cdef FollowedExample* example
     cdef uint8_t* cells

@@ -1,6 +1,6 @@
 """Sampling: frames in, the directions of bones out, at a fixed rate whatever the sensor's.
 
-Samples lie on a grid of `PERIOD`, between two frames by interpolation, so that alignments count time, not frames.
+Samples lie on a grid of `PERIOD`, between two frames by interpolation, so that time is counted, not frames.
 """
 
 cdef double FACING_TIME = 1.0  # s, time constant with which the facing follows
@@ -12,7 +12,7 @@ cdef float LONGEST_HOLE = 0.1  # s for which a point may be missing without its 
 cdef inline bint place_pose(
     FloatRows pose, JointPair* points, FloatRows positions, int64_t axis, float sign
 ) noexcept nogil:
-    """Set a pose to the points of a frame relative to the centre; return whether all were there; see `place_points`."""
+    """Set a pose to the points of a frame relative to the centre; see `place_points`."""
     cdef int64_t d
     cdef bint whole
     whole = place_points(pose, points, positions, axis, sign)
@@ -24,7 +24,7 @@ cdef inline bint place_pose(
 cdef inline bint assume_missing(
     FloatRows pose, float* absences, FollowBank* bank, FloatRows positions
 ) noexcept nogil:
-    """Set the points that are missing as a movement begins to where they are at the begin of the first example.
+    """Set the points that are missing as a movement begins to where they are as the first example begins.
 
     They count as hidden until they are seen.
 
@@ -73,7 +73,7 @@ cdef inline void note_absences(
 cdef inline void keep_sample(
     FollowMemory* known, FollowBank* bank, int64_t ring, int64_t line
 ) noexcept nogil:
-    """Keep the directions of the sample that was taken in a line of a ring, and which bones were hidden in it."""
+    """Keep the sample that was taken in a line of a ring, and which bones were hidden in it."""
     cdef float* kept
     cdef uint8_t* hidden
     cdef Bone* bone
@@ -89,7 +89,7 @@ cdef inline void keep_sample(
 
 
 cdef void take_sample(FollowMemory* known, FollowBank* bank, double share, double seconds) noexcept nogil:
-    """Write the directions of bones between the last two frames, as of a body that faces the same way all the time.
+    """Write the directions of bones between the last two frames, as of a body that always faces one way.
 
     Args:
         known: What is known of the performer; the later frame is `poses[1]`.
@@ -124,7 +124,7 @@ cdef void take_sample(FollowMemory* known, FollowBank* bank, double share, doubl
 cdef inline (float, float) _follow_facing(
     FollowMemory* known, FollowHead* head, FloatRows pose, double seconds
 ) noexcept nogil:
-    """Let the facing follow hips and shoulders that are seen; return the cosine and the sine of the heading."""
+    """Let the facing follow hips and shoulders that are seen; return cosine and sine of the heading."""
     cdef FollowingState* state
     cdef int64_t girdles[4]
     cdef double share, cosine, sine

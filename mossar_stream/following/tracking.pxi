@@ -1,12 +1,14 @@
 """Tracking: what becomes of a followed move: begun, progress, done, left.
 
-At each sample every example is aligned with the stream. Of all ways the one that costs least says how far along the
-performer is. A way that has reached the end of its example is decided once no overlapping way ranks better. It is done
-if it explains the movement well enough: what is left of its costs, once constant differences are taken away, is
-compared with the costs of a performer who stands still. Once a performer has done a move, it may be done less well.
+At each sample every example is aligned with the stream. Of all ways the one that costs least says how far
+along the performer is. A way that has reached the end of its example is decided once no overlapping way ranks
+better. It is done if it explains the movement well enough: what is left of its costs, once constant
+differences are taken away, is compared with the costs of a performer who stands still. Once a performer has
+done a move, it may be done less well.
 """
 
-# Chosen on five people and ten exercises, people left out in turn; all lie on wide plateaus (docs/lab-notes/following.md).
+# Chosen on five people and ten exercises, people left out in turn; all lie on wide plateaus
+# (docs/lab-notes/following.md).
 cdef double MOST_LEFT = 0.9  # residual above which nothing was done
 cdef double MORE_LEFT = 1.4  # times that, for a performer who has done it before in the take
 cdef double LEAST_GAIN = 0.25  # gain below which nothing was done
@@ -114,7 +116,7 @@ cdef void _take_frame(FollowMemory* known, FollowBank* bank, FloatRows positions
         state.sampled = state.next
         _follow_examples(known, bank)
         state.samples += 1
-        # Far from zero a period is less than the spacing of floats: then the next float is the next sample's time.
+        # Far from zero a period is less than the spacing of floats: then the next float is the next time.
         state.next = max(state.next + PERIOD, nextafter(state.next, INFINITY))
         fresh = False
     state.time = time
@@ -305,7 +307,7 @@ cdef void _see_who_leads(
 
 
 cdef bint _is_done(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
-    """Tell whether the best end explains the movement well enough, and note how far each bone strays in it."""
+    """Tell whether the best end explains the movement well enough; note how far each bone strays in it."""
     cdef FollowedMove* move
     cdef FollowedExample* example
     move = &known.moves[m]
@@ -349,7 +351,7 @@ cdef bint _is_another(FollowMemory* known, int64_t moves, int64_t m) noexcept no
 
 
 cdef void measure_way(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
-    """Note how far each bone strays along the way that a move is followed by, and what is left of its costs."""
+    """Note how far each bone strays along the way of a move, and what is left of its costs."""
     cdef FollowedMove* move
     cdef FollowedExample* example
     cdef Cells cells
@@ -409,7 +411,7 @@ cdef void _go_on(
 cdef double _went(
     FollowMemory* known, FollowBank* bank, FollowedExample* example, int64_t first
 ) noexcept nogil:
-    """Return how far the performer is from the first pose of a way, relative to the example's farthest pose."""
+    """Return how far the performer is from a way's first pose, relative to the example's farthest pose."""
     cdef const float* begin
     cdef const float* here
     cdef float total, x, y, z

@@ -1,12 +1,14 @@
 """Warping: a stream's samples aligned with one example, causal, and open at both ends.
 
-Subsequence dynamic time warping (Sakurai, Faloutsos and Yamamuro 2007, "Stream monitoring under the time warping
-distance", SPRING) with steps that keep the tempo within 1/2 to 2: a sample comes on by one phase or two, or stays once.
+Subsequence dynamic time warping (Sakurai, Faloutsos and Yamamuro 2007, "Stream monitoring under the time
+warping distance", SPRING) with steps that keep the tempo within 1/2 to 2: a sample comes on by one phase or
+two, or stays once.
 
-A bone costs the square of the chord between its direction and the example's, at most `CAP`: a limb that the sensor loses
-must not outweigh all others. Costs are relative to those of a performer who stands in the example's mean pose. The gain
-of a way is the movement of the example that is found in the stream: 1 for all of it, 0 for a performer who stands still
-in any pose, because the example's differences from its own mean add up to nothing.
+A bone costs the square of the chord between its direction and the example's, at most `CAP`: a limb that the
+sensor loses must not outweigh all others. Costs are relative to those of a performer who stands in the
+example's mean pose. The gain of a way is the movement of the example that is found in the stream: 1 for all
+of it, 0 for a performer who stands still in any pose, because the example's differences from its own mean add
+up to nothing.
 """
 
 cdef enum:  # layers of cells
@@ -15,14 +17,15 @@ cdef enum:  # layers of cells
 cdef float CAP = 0.1  # square of a chord: 18 degrees
 cdef float UNJUDGED = -1.0  # instead of the square of a chord
 cdef double LEAST_SEEN = 2.0 / 3.0  # share of a way in which a bone must be seen to be judged
-# Chosen on five people and ten exercises, people left out in turn; all lie on wide plateaus (docs/lab-notes/following.md).
+# Chosen on five people and ten exercises, people left out in turn; all lie on wide plateaus
+# (docs/lab-notes/following.md).
 cdef float WEIGHT_OF_STAYING = 0.5  # weight of a sample that stays
 cdef float STAYING = 0.2  # cost of a step that stays in its phase,
 cdef float SKIPPING = 0.05  # and of one that skips a phase
 
 
 cdef void compare_sample(FollowMemory* known, FollowBank* bank, FollowedExample* example) noexcept nogil:
-    """Note how far the sample is from each phase of an example, and how far it lies in the direction of its movement.
+    """Note how far the sample is from each phase of an example, and how far in its movement's direction.
 
     Args:
         known: What is known of the performer; `distances` and `products` are written.
@@ -158,16 +161,17 @@ cdef inline int64_t _write_pair(Int32Rows way, int64_t count, int64_t at, int64_
 cdef float measure_strays(
     FollowMemory* known, FollowBank* bank, FollowedExample* example, int64_t count, float* strays
 ) noexcept nogil:
-    """Note how far each bone strays along a way that was traced, and return the cost without constant differences.
+    """Note how far each bone strays along a traced way, and return the cost without constant differences.
 
-    What a performer's build or the sensor's place changes stays the same from begin to end, and is taken away.
+    What a performer's build or the sensor's place changes is the same from begin to end, and is taken away.
 
     Args:
         known: What is known of the performer; the way is in `way`.
         bank: What is followed.
         example: One of its examples.
         count: Of pairs.
-        strays: (B,) gets the mean square of the chord where the bone was seen; `UNJUDGED` if it was hidden for too long.
+        strays: (B,) gets the mean square of the chord where the bone was seen; `UNJUDGED` if it was hidden
+            for too long.
 
     Returns:
         Mean over pairs and bones of the square of the chord that is left, each at most `CAP`.

@@ -1,8 +1,8 @@
 """Where moves may begin: onsets and significant minima of the recogniser's own speed.
 
-The body's key frames depend on settings that users change; what is recognised must not. So the recogniser follows a
-speed of its own (mean over the joints, m/s), in the manner of Algorithm 2: an onset where it rises above a share of
-its range, a minimum where it has fallen and risen by a significant share.
+The body's key frames depend on settings that users change; what is recognised must not. So the recogniser
+follows a speed of its own (mean over the joints, m/s), in the manner of Algorithm 2: an onset where it rises
+above a share of its range, a minimum where it has fallen and risen by a significant share.
 """
 
 cdef enum:

@@ -1,4 +1,4 @@
-"""Face of recognised moves: what Python calls, and where it finds the parts of a store and of a performer's memory.
+"""Face of recognised moves: what Python calls, and where it finds the parts of a store and of a memory.
 
 A part is described by its offset in bytes, the name of its record or number type, and its shape.
 """
@@ -44,7 +44,7 @@ def move_store_bytes(int64_t joints, int64_t examples, int64_t moves):
 
 
 def move_memory_bytes(int64_t joints, int64_t moves):
-    """Return the bytes that recognising takes for one performer, by the joints and the moves of the examples."""
+    """Return the bytes that recognising takes for one performer, by the joints and moves of the examples."""
     cdef MoveStore head
     head = _move_head(joints, 0, moves)
     return open_move_memory(NOWHERE, &head).end - NOWHERE
@@ -118,10 +118,10 @@ cdef dict _move_records():
     cdef MoveExample move_example
     cdef RecognitionState recognition_state
     return {
-        "JointPair": np.asarray(<JointPair[:1]>&joint_pair).dtype,
-        "MoveStore": np.asarray(<MoveStore[:1]>&move_store).dtype,
-        "MoveExample": np.asarray(<MoveExample[:1]>&move_example).dtype,
-        "RecognitionState": np.asarray(<RecognitionState[:1]>&recognition_state).dtype,
+        "JointPair": record_type(<JointPair[:1]>&joint_pair),
+        "MoveStore": record_type(<MoveStore[:1]>&move_store),
+        "MoveExample": record_type(<MoveExample[:1]>&move_example),
+        "RecognitionState": record_type(<RecognitionState[:1]>&recognition_state),
     }
 
 

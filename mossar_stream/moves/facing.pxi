@@ -1,9 +1,10 @@
 """Facing: which way a body is turned about the vertical (y), by its hips and shoulders.
 
-The girdles and the trunk span a frame of the body: left is from the right hips and shoulders to the left ones, up is from
-the hips to the shoulders, forward is what both span. The facing is the twist of that frame about the vertical. A body
-that bows, ducks or does a cartwheel keeps it, which the line of the hips alone does not: it turns over in a cartwheel.
-A twist is undefined only for a body upside down; the vector shrinks towards it, so that sums over time remain sound.
+The girdles and the trunk span a frame of the body: left is from the right hips and shoulders to the left
+ones, up is from the hips to the shoulders, forward is what both span. The facing is the twist of that frame
+about the vertical. A body that bows, ducks or does a cartwheel keeps it, which the line of the hips alone
+does not: it turns over in a cartwheel. A twist is undefined only for a body upside down; the vector shrinks
+towards it, so that sums over time remain sound.
 """
 
 cdef double SETTLING = 0.3  # s, time constant of a facing that is smoothed
@@ -19,8 +20,8 @@ cdef (float, float) facing_of(FloatRows joints, const int64_t* girdles) noexcept
         girdles: Four joints: left and right hip, left and right shoulder; -1 for none.
 
     Returns:
-        x and z; (0, 1) for an upright body that faces +z, with its left side towards +x. The length is 1 for an upright
-        body, less for a body that leans, and 0 if neither both hips nor both shoulders are there.
+        x and z; (0, 1) for an upright body that faces +z, with its left side towards +x. The length is 1 for
+        an upright body, less for a body that leans, and 0 if neither both hips nor both shoulders are there.
     """
     cdef float half, forward_x, forward_z, left_x, left_y, left_z, up_x, up_y, up_z
     cdef float hip_x, hip_y, hip_z, shoulder_x, shoulder_y, shoulder_z

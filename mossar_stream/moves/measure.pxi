@@ -1,12 +1,12 @@
 """How unlike a stretch of movement and an example are.
 
-A stretch is described by `POINTS` poses at equal distances along its path (in the space of all coordinates): the unit
-directions from each to the next, each joint's share of the path, and the box that each coordinate fills. The cost of
-taking it for an example is the mean of 1 - cos over the directions, warped by at most `REACH` of them. It is divided by
-the cosine of the shares and by the sixth power of that of the boxes, and multiplied by a factor for another posture.
-The published recogniser divides by both once; where one example of each move by other people has to tell, the sixth
-power makes a third of the mistakes (14 moves of 11 people, 1.9 % instead of 5.3 %; of 17 moves of 5 people 0.4 % either
-way).
+A stretch is described by `POINTS` poses at equal distances along its path (in the space of all coordinates):
+the unit directions from each to the next, each joint's share of the path, and the box that each coordinate
+fills. The cost of taking it for an example is the mean of 1 - cos over the directions, warped by at most
+`REACH` of them. It is divided by the cosine of the shares and by the sixth power of that of the boxes, and
+multiplied by a factor for another posture. The published recogniser divides by both once; where one example
+of each move by other people has to tell, the sixth power makes a third of the mistakes (14 moves of 11
+people, 1.9 % instead of 5.3 %; of 17 moves of 5 people 0.4 % either way).
 """
 
 cdef enum:
@@ -57,8 +57,8 @@ cdef void describe_stretch(
         first: Number of the first pose.
         last: Number of the last one, above `first`, less than H later.
         joints: How many there are.
-        girdles: Four of these joints, see `facing_of`: the stretch is described as of a body that faces +z. Without hips
-            (-1) it is described as it was made.
+        girdles: Four of these joints, see `facing_of`: the stretch is described as of a body that faces +z.
+            Without hips (-1) it is described as it was made.
         found: Gets the description.
     """
     cdef const float* squares
@@ -140,7 +140,7 @@ cdef void _turn_to_front(
 
 
 cdef inline double _turn_of_a_step(FloatRows facings, double cosine, double sine) noexcept nogil:
-    """Return by how much a body that is described turns from each point to the next, rad: the slope of a straight line."""
+    """Return by how much a body turns from each point to the next, rad: the slope of a straight line."""
     cdef double products, squares, length, place, x, z
     cdef int64_t i
     products = 0.0
@@ -174,7 +174,7 @@ cdef inline void _stance(FloatRows points, Floats stance) noexcept nogil:
 
 
 cdef inline void _directions(FloatRows points, FloatRows directions, Floats squares) noexcept nogil:
-    """Write the unit directions from each point to the next, and the sum of their squares in each coordinate."""
+    """Write the unit directions from point to point, and the sum of their squares in each coordinate."""
     cdef const float* point
     cdef const float* direction
     cdef int64_t i, d
@@ -214,8 +214,9 @@ cdef inline void _box(FloatRows points, Floats low, Floats box) noexcept nogil:
 cdef inline float strangeness(Description* found, const float* stance) noexcept nogil:
     """Return what the cost is multiplied by because the mean posture is another one.
 
-    Who makes a move that was shown holds the body as when it was shown, far more exactly than other people or other
-    movements do: over a whole performance the cosine is above 0.98 in the same player and mostly above 0.95 in others.
+    Who makes a move that was shown holds the body as when it was shown, far more exactly than other people or
+    other movements do: over a whole performance the cosine is above 0.98 in the same player and mostly above
+    0.95 in others.
     """
     cdef float alike
     alike = line_product(found.stance.at, stance, found.stance.count)
@@ -227,10 +228,10 @@ cdef inline float strangeness(Description* found, const float* stance) noexcept 
 cdef inline float correction(
     Description* found, const float* box, const float* shares, float size
 ) noexcept nogil:
-    """Return what the directions' cost is multiplied by: shares, boxes and sizes that differ, and the body's own way.
+    """Return what the directions' cost is multiplied by: for shares, boxes, sizes and the body's own way.
 
-    Of the centre's way the boxes say little, because all other joints are relative to it; but a duck or a jump
-    moves the whole body, and a kick or a swing of the arms does not.
+    Of the centre's way the boxes say little, because all other joints are relative to it; but a duck or a
+    jump moves the whole body, and a kick or a swing of the arms does not.
     """
     cdef float alike_shares, alike_boxes, ratio, sizes, carried, cube
     alike_shares = max(line_product(found.shares.at, shares, found.shares.count), <float>1e-3)

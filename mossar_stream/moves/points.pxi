@@ -1,7 +1,7 @@
 """Points: what readers see of a frame: joints, or middles of two, relative to the first point, the centre.
 
-Recognised moves, followed moves and held poses place the points of their examples in a stream alike, and agree on which
-frames follow each other.
+Recognised moves, followed moves and held poses place the points of their examples in a stream alike, and
+agree on which frames follow each other.
 """
 
 cdef double LATE = 1.0  # s, frames that are so late are repeated or out of order
@@ -34,7 +34,7 @@ cdef inline bint follows(int64_t frames, double time, double latest) noexcept no
 cdef inline bint place_points(
     FloatRows pose, JointPair* points, FloatRows positions, int64_t axis, float sign
 ) noexcept nogil:
-    """Set a pose to the points of a frame, y upwards; a missing point, or one beyond 100 km, stays where it was.
+    """Set a pose to the points of a frame, y upwards; a point missing or beyond 100 km stays where it was.
 
     Args:
         pose: (K, 3) m, the pose before; the centre's own place, then the other points relative to it.
@@ -69,7 +69,7 @@ cdef inline bint place_points(
 
 
 cdef inline bint is_hidden(JointPair* points, int64_t k, FloatRows positions) noexcept nogil:
-    """Tell whether `place_points` leaves point k where it was, because it is missing or too far; arguments as there."""
+    """Tell whether `place_points` leaves point k where it was, because it is missing or too far."""
     cdef float x, y, z, px, py, pz
     x, y, z = _place_of(&points[0], positions)
     if k == 0:

@@ -1,12 +1,13 @@
 """The recogniser: frames in, recognised moves out, a bounded amount of work at each.
 
-Once speed has come down from a peak, stretches that end now and begin at one of the last onsets or minima of speed are
-compared with all examples, every `COMPARED_EVERY` seconds. A move is recognised when its cost is low enough; a clear
-lead over every other move raises the limit. `AGREED` comparisons in a row must give the same move. No later move begins
-before its end, but until the movement rests a longer stretch may show that it was another one.
+Once speed has come down from a peak, stretches that end now and begin at one of the last onsets or minima of
+speed are compared with all examples, every `COMPARED_EVERY` seconds. A move is recognised when its cost is
+low enough; a clear lead over every other move raises the limit. `AGREED` comparisons in a row must give the
+same move. No later move begins before its end, but until the movement rests a longer stretch may show that it
+was another one.
 
-The numbers were chosen on continuous sessions of ten players (14 moves on command, one and two examples of each), each
-player left out in turn; they lie in the middle of wide plateaus.
+The numbers were chosen on continuous sessions of ten players (14 moves on command, one and two examples of
+each), each player left out in turn; they lie in the middle of wide plateaus.
 """
 
 cdef double COMPARED_EVERY = 0.1  # s
@@ -19,7 +20,8 @@ cdef double FALLEN = 0.7  # of the peak of speed; comparisons begin below it
 cdef double LOUD = 0.15  # m/s, mean over the joints: slower is rest
 cdef double QUIET = 0.67  # s after the last loud pose for which comparisons go on
 cdef double LONGEST = 3.0  # s, of a stretch
-cdef double REVISED = 0.5  # natural logarithm of how much cheaper another move must be to replace the one recognised
+# Natural logarithm of how much cheaper another move must be to replace the one recognised.
+cdef double REVISED = 0.5
 cdef double SETTLED = 1.5  # s after which a recognised move is final at the latest
 cdef float RIVALS = exp(LEAD_COUNTED)  # costs beyond so many times the best do not matter
 cdef float HANDICAP = exp(REVISED)
@@ -65,7 +67,7 @@ cdef struct Nearest:
     int64_t kept  # `BY_...`, what kept it from being recognised
     int64_t move  # that was nearest
     int64_t second  # the nearest other move, -1 for none
-    double value  # what the logarithm of its cost, less its lead, was above the most; the least of the movement
+    double value  # what the logarithm of its cost, less its lead, was above the most; least of the movement
     double most  # logarithm of what it might have cost without a lead
     double cost  # see measure.pxi
     double second_cost
@@ -248,7 +250,7 @@ cdef inline bint _may_begin(RecognitionState* state, int64_t first, int64_t last
 cdef float _compare_examples(
     RecognitionState* state, MoveBank* bank, int64_t first, float best
 ) noexcept nogil:
-    """Note each example's cost where this stretch is the cheapest so far; return the least that is below `best`."""
+    """Note the costs of examples where this stretch is the cheapest so far; return the least, or `best`."""
     cdef MoveExample* example
     cdef float bar, limit, factor, cost
     cdef int64_t t
@@ -353,7 +355,7 @@ cdef inline void _pass_over(RecognitionState* state, int64_t last) noexcept nogi
 
 
 cdef void _compare_without_limits(MoveBank* bank, int64_t first) noexcept nogil:
-    """Note what it costs to take a stretch, which is described, for each example, where no other stretch cost less."""
+    """Note what it costs to take the stretch for each example, where no other stretch cost less."""
     cdef MoveExample* example
     cdef float posture, factor, cost
     cdef int64_t t
@@ -443,7 +445,7 @@ cdef inline void _explain(RecognitionState* state) noexcept nogil:
 
 
 cdef int64_t _leading_limb(MoveBank* bank) noexcept nogil:
-    """Return the limb whose joints fill the largest boxes in the first half of the stretch, -1 if there is none."""
+    """Return the limb whose joints fill the largest boxes in the first half of the stretch, -1 for none."""
     cdef float* extent
     cdef const float* box
     cdef int64_t best, k, limb

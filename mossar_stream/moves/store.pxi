@@ -1,6 +1,6 @@
-"""The store: the examples of all moves, described for the joints of one stream, and how its bytes are laid out.
+"""The store: the examples of all moves, described for one stream's joints, and how its bytes are laid out.
 
-Where a part of a store or of a performer's memory lies is said here and nowhere else. Python asks (`face.pxi`).
+Where a part of a store or of a performer's memory lies is said here and nowhere else; Python asks.
 """
 
 cdef extern from "simd.h" nogil:
@@ -49,7 +49,7 @@ cdef struct MoveBank:  # The parts of a store.
 
 
 cdef inline int64_t padded_to_factors(int64_t count) noexcept nogil:
-    """Return how many numbers a line of `count` takes with the zeros that `line_product` wants behind them."""
+    """Return how many numbers a line takes with the zeros that `line_product` wants behind them."""
     return (count + FACTORS - 1) // FACTORS * FACTORS
 
 

@@ -1,7 +1,7 @@
-"""The last seconds of a performer's movement, as templates see it: joints relative to the centre, smoothed, about 30 a second.
+"""The last seconds of a performer's movement as examples see it: about 30 smoothed poses a second.
 
-A pose has the centre's own place first, then each joint relative to it. Poses nearer than `TICK` to the one kept before
-are left out, so that cost and memory do not grow with the sensor's rate.
+A pose has the centre's own place first, then each joint relative to it. Poses nearer than `TICK` to the one
+kept before are left out, so that cost and memory do not grow with the sensor's rate.
 """
 
 cdef double TICK = 0.024  # s, least time between two poses that are kept: at most 41 Hz
@@ -24,8 +24,8 @@ cdef bint add_track_pose(
 ) noexcept nogil:
     """Keep a frame as a pose.
 
-    A joint that is missing stays where it was. One that was never seen is where it is at the begin of the first example, so
-    that a performer whose legs no camera sees is recognised by what it sees.
+    A joint that is missing stays where it was. One that was never seen is where it is at the begin of the
+    first example, so that a performer whose legs no camera sees is recognised by what it sees.
 
     Args:
         track: The history.
@@ -69,7 +69,7 @@ cdef bint add_track_pose(
 
 
 cdef inline void _smooth_track(Track* track, FloatRows poses, FloatRows raw, int64_t number) noexcept nogil:
-    """Average the poses since the gap that are younger than `SMOOTHED`, so that a sensor's noise adds little path."""
+    """Average the poses that are younger than `SMOOTHED`, so that a sensor's noise adds little path."""
     cdef float* pose
     cdef const float* older
     cdef float share

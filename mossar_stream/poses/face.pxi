@@ -1,4 +1,4 @@
-"""Face of held poses: what Python calls, and where it finds the parts of a bank and of a performer's memory.
+"""Face of held poses: what Python calls, and where it finds the parts of a bank and of a memory.
 
 A part is described by its offset in bytes, the name of its record or number type, and its shape.
 """
@@ -67,9 +67,9 @@ cdef dict _pose_records():
     cdef ShownPose shown_pose
     cdef HoldingState holding_state
     return {
-        "PosesHead": np.asarray(<PosesHead[:1]>&poses_head).dtype,
-        "ShownPose": np.asarray(<ShownPose[:1]>&shown_pose).dtype,
-        "HoldingState": np.asarray(<HoldingState[:1]>&holding_state).dtype,
+        "PosesHead": record_type(<PosesHead[:1]>&poses_head),
+        "ShownPose": record_type(<ShownPose[:1]>&shown_pose),
+        "HoldingState": record_type(<HoldingState[:1]>&holding_state),
     }
 
 

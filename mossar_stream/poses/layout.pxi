@@ -1,6 +1,6 @@
 """Layout: how the bytes of shown poses, and of a performer who may hold them, are laid out.
 
-Where a part of a store or of a performer's memory lies is said here and nowhere else. Python asks (`face.pxi`).
+Where a part of a store or of a performer's memory lies is said here and nowhere else; Python asks.
 """
 
 cdef struct PosesHead:  # The head of a bank; its arrays follow.

@@ -1,8 +1,9 @@
 """Matching: which pose a performer holds.
 
-At most every `EVERY` seconds the directions of bones, relative to the performer's facing, are averaged and compared with
-all poses. A pose is entered when the performer is nearly at rest near it, and nearer to it than to the others. It is left
-when the body has strayed farther, by a margin, for `PATIENCE`, or when another pose is entered.
+At most every `EVERY` seconds the directions of bones, relative to the performer's facing, are averaged and
+compared with all poses. A pose is entered when the performer is nearly at rest near it, and nearer to it than
+to the others. It is left when the body has strayed farther, by a margin, for `PATIENCE`, or when another pose
+is entered.
 """
 
 cdef double EVERY = 0.06  # s between two samples
@@ -14,7 +15,8 @@ cdef double NEAR_POSE = 0.068  # 15 degrees over all bones, 25 of each limb: a p
 cdef double NEAR_OF_LIMB = 0.187
 cdef double FAR = 0.12  # 20 and 35: it is left
 cdef double FAR_OF_LIMB = 0.362
-cdef double RESTING = 0.0248  # 9 degrees between the two averages of a limb's directions: it turns by 30 degrees a second
+# 9 degrees between the two averages of a limb's directions: it turns by 30 degrees a second.
+cdef double RESTING = 0.0248
 cdef double NEARER = 0.02  # by so much another pose must be nearer than the one that is held
 cdef double SHORTEST_DIRECTION = 1e-6  # m, of a bone; 1, of the average of its directions
 cdef enum:
@@ -158,7 +160,7 @@ cdef (int64_t, double) _nearest_pose(PoseMemory* known, PoseBank* bank) noexcept
 
 
 cdef (double, double, int64_t) _best_of_active(PoseMemory* known, PoseBank* bank) noexcept nogil:
-    """Return the mean square of the chord to the pose that is held, the largest of a limb, and of which example."""
+    """Return the mean square of the chord to the pose held, the largest of a limb, and of which example."""
     cdef double least, worst, mean, largest
     cdef int64_t p, best
     least, worst, best = INFINITY, INFINITY, known.state.active

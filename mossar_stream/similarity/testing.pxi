@@ -1,6 +1,9 @@
 """Kernels of the similarity as tests call them, with arrays as in face.pxi."""
 
 
+import numpy as np
+
+
 cdef inline FloatRows float_rows_of(cnp.ndarray rows):
     return floats_in_rows(<float*>cnp.PyArray_DATA(rows), rows.shape[0], rows.shape[1])
 
