@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from mossar_stream.core.kernels import BINS
 from mossar_stream.core.kernels import swing_range_of as range_of
 
