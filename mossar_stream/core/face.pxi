@@ -96,6 +96,31 @@ cdef Room _room_of(uint8_t* tools, Measure* measures) noexcept nogil:
     return room
 
 
+# Cython describes a record only as deep as it finds records in records, and does not count those in arrays. So a record with
+# such an array is described beside one that is deep enough.
+cdef struct Deep:
+    int64_t number
+
+
+cdef struct Deeper:
+    Deep record
+
+
+cdef struct CountingBox:
+    Counting record
+    Deeper other
+
+
+cdef struct PeriodsBox:
+    Periods record
+    Deeper other
+
+
+cdef struct StepsBox:
+    Steps record
+    Deeper other
+
+
 cdef dict _records():
     """Return the numpy type of each record, as the compiler laid it out."""
     cdef Plan plan
@@ -115,10 +140,10 @@ cdef dict _records():
     cdef Seat seat
     cdef Tools tools
     cdef Counters counters
-    cdef Counting counting
-    cdef Periods periods
+    cdef CountingBox counting
+    cdef PeriodsBox periods
     cdef Labels labels
-    cdef Steps steps
+    cdef StepsBox steps
     return {
         "Plan": record_type(<Plan[:1]>&plan),
         "Row": record_type(<Row[:1]>&row),
@@ -135,10 +160,10 @@ cdef dict _records():
         "LoopHead": record_type(<LoopHead[:1]>&head),
         "Seat": record_type(<Seat[:1]>&seat),
         "Counters": record_type(<Counters[:1]>&counters),
-        "Counting": record_type(<Counting[:1]>&counting),
-        "Periods": record_type(<Periods[:1]>&periods),
+        "Counting": record_type(<CountingBox[:1]>&counting)["record"],
+        "Periods": record_type(<PeriodsBox[:1]>&periods)["record"],
         "Labels": record_type(<Labels[:1]>&labels),
-        "Steps": record_type(<Steps[:1]>&steps),
+        "Steps": record_type(<StepsBox[:1]>&steps)["record"],
         "Tools": record_type(<Tools[:1]>&tools),
     }
 
