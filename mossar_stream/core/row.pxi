@@ -31,7 +31,7 @@ cdef struct Places:  # where the arrays of a row begin, bytes from its start
     int64_t notes  # (notes,) of the last candidates
     int64_t counted  # (1,) of repetitions, if they are counted here
     int64_t periods  # (1,) of it, by which candidates are judged
-    int64_t samples  # of them, see repetitions/state.py
+    int64_t samples  # of them, see repetitions/state.pxi
     int64_t adopted  # (1,) of a limb: what is counted of its body, by which its candidates are judged
 
 

@@ -38,7 +38,7 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("notes", "Note"),  # (notes,) of the last candidates
     ("counted", "Counting"),  # (1,) of repetitions, if they are counted here
     ("periods", "Periods"),  # (1,) of it, by which candidates are judged
-    ("samples", "u1"),  # of them, see repetitions/state.py
+    ("samples", "u1"),  # of them, see repetitions/state.pxi
     ("adopted", "Periods"),  # (1,) of a limb: what is counted of its body, by which its candidates are judged
 )
 

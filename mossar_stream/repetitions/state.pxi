@@ -1,6 +1,6 @@
 """State of one performer's repetitions: a record of fixed size, and samples.
 
-A sample is a pose that has moved far enough from the sample before (sampling.py). Samples lie coordinate by coordinate, as
+A sample is a pose that has moved far enough from the sample before (sampling.pxi). Samples lie coordinate by coordinate, as
 16-bit multiples of a quantum, so that both products of a power iteration run along contiguous memory; only the root, which
 may go far, has its own path in full.
 """
@@ -42,7 +42,7 @@ cdef struct Cycle:
     double lead  # share of a cycle that was shown before the first one of its bout
     int64_t turned  # 1 if repetitions begin at the other extreme
     double begins  # s, where the repetition begins, and
-    double ends  # where it ends, see timing.py
+    double ends  # where it ends, see timing.pxi
     double period  # s, NaN of the first in a bout
 
 
