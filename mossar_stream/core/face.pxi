@@ -70,6 +70,11 @@ def analyse(cnp.ndarray counting, cnp.ndarray store, double time):
     )
 
 
+def pad(int64_t joints):
+    """Return the number of padded joints for a number of joints."""
+    return (joints + PADDING - 1) // PADDING * PADDING
+
+
 def samples_bytes(int64_t joints):
     """Return the bytes of a performer's samples of repetitions, with what is kept beside them."""
     return samples_size(joints)

@@ -16,8 +16,9 @@ from mossar_stream.core.kernels import (
     SPARE_SUMMARIES,
     SPEED_WINDOW,
     TIME_ROUNDING,
+    pad,
 )
-from mossar_stream.core.row import PLAN, REGIONS, Shape, new_memory, pad, records, region
+from mossar_stream.core.row import PLAN, REGIONS, Shape, new_memory, records, region
 from mossar_stream.errors import SettingsError
 from mossar_stream.events import BODY, Event
 from mossar_stream.core.out import Source

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.kernels import CACHE_LINE, PADDING, PAGE, PAGE_SIZE, RECORDS, samples_bytes
+from mossar_stream.core.kernels import CACHE_LINE, PAGE, PAGE_SIZE, RECORDS, pad, samples_bytes
 
 PLAN, ROW = RECORDS["Plan"], RECORDS["Row"]
 # A row's arrays: (name, dtype). Sizes are given by `region_sizes`.
@@ -136,11 +136,6 @@ class Shape(msgspec.Struct, frozen=True):
 
 def _item(kind: str) -> np.dtype[np.generic]:
     return RECORDS[kind] if kind in RECORDS else np.dtype(kind)
-
-
-def pad(joints: int) -> int:
-    """Return the number of padded joints for a number of joints."""
-    return -(-joints // PADDING) * PADDING
 
 
 def body_size(joints: int) -> int:

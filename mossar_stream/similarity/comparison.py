@@ -6,8 +6,7 @@ This is what Li and Leung's recursion asks of the path kernel, which this packag
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.kernels import compare, summarise_later, summarise_pieces
-from mossar_stream.core.row import pad
+from mossar_stream.core.kernels import compare, pad, summarise_later, summarise_pieces
 from mossar_stream.settings import Settings
 from mossar_stream.similarity.protocol import make_params, slot_size
 from mossar_stream.skeleton import MAX_JOINTS

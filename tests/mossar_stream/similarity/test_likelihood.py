@@ -16,13 +16,14 @@ from mossar_stream.core.kernels import (
     POSE_X,
     STEP_BEFORE,
     TERM,
+    pad,
     similarity_add_frame,
     similarity_close,
     similarity_flush_sums,
     similarity_merge_into,
 )
 from mossar_stream.core.kernels import similarity_strength as merge_cost
-from mossar_stream.core.row import body_size, pad
+from mossar_stream.core.row import body_size
 from mossar_stream.settings import Features, Settings
 from mossar_stream.similarity.protocol import make_params, slot_size
 

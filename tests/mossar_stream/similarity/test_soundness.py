@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from mossar_stream.core.kernels import DURATION
+from mossar_stream.core.kernels import DURATION, pad
 from mossar_stream.core.kernels import similarity_strength as strength
-from mossar_stream.core.row import pad
 from mossar_stream.settings import Settings
 from mossar_stream.similarity import protocol as similarity
 

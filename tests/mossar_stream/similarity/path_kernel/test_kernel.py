@@ -18,6 +18,7 @@ from mossar_stream.core.kernels import (
     PATH,
     STEP_BEFORE,
     TERM,
+    pad,
     similarity_add_frame,
     similarity_strength,
 )
@@ -26,7 +27,7 @@ from mossar_stream.core.kernels import similarity_close as close
 from mossar_stream.core.kernels import similarity_merge_into as merge_into
 from mossar_stream.core.kernels import similarity_remerge as remerge
 from mossar_stream.core.kernels import similarity_similarity as alike
-from mossar_stream.core.row import body_size, pad
+from mossar_stream.core.row import body_size
 from mossar_stream.errors import SettingsError
 from mossar_stream.settings import Settings
 from mossar_stream.similarity import protocol
