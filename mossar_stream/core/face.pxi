@@ -145,6 +145,7 @@ cdef dict _records():
     cdef Seat seat
     cdef Tools tools
     cdef Counters counters
+    cdef Measure measure
     cdef CountingBox counting
     cdef PeriodsBox periods
     cdef Labels labels
@@ -165,6 +166,7 @@ cdef dict _records():
         "LoopHead": record_type(<LoopHead[:1]>&head),
         "Seat": record_type(<Seat[:1]>&seat),
         "Counters": record_type(<Counters[:1]>&counters),
+        "Measure": record_type(<Measure[:1]>&measure),
         "Counting": record_type(<CountingBox[:1]>&counting)["record"],
         "Periods": record_type(<PeriodsBox[:1]>&periods)["record"],
         "Labels": record_type(<Labels[:1]>&labels),
