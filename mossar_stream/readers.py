@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.events import Event
 
+
 class Reader(Protocol):
     """What the engine needs of a reader.
 

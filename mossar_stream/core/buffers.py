@@ -4,10 +4,10 @@ import itertools
 
 import numpy as np
 
-from mossar_stream.core.row import CACHE_LINE, new_memory
-from mossar_stream.core.plan import Plan, new_scratch
-from mossar_stream.core.kernels import RECORDS, analysis_bytes
+from mossar_stream.core.kernels import CACHE_LINE, RECORDS, analysis_bytes
 from mossar_stream.core.out import Source, events_size, hand_out
+from mossar_stream.core.plan import Plan, new_scratch
+from mossar_stream.core.row import new_memory
 
 IN_USE = "a segmenter, or the pool it belongs to, was used by two threads at once; use one for each thread, or a lock"
 TOOLS_BYTES = RECORDS["Tools"].itemsize

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.core.kernels import EARLIER, EARLIER_IN_NOISE, LINES, MARGIN, PAGE, POSE_X
-from mossar_stream.core.row import records, region
 from mossar_stream.core.plan import Plan
+from mossar_stream.core.row import records, region
 
 
 class CurveState(msgspec.Struct, frozen=True):

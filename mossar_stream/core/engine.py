@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.core.buffers import IN_USE, Buffers
-from mossar_stream.core.pool import Row
 from mossar_stream.core.kernels import (
     ANALYSED,
     DONE,
@@ -32,6 +31,7 @@ from mossar_stream.core.kernels import (
     run,
     update_window,
 )
+from mossar_stream.core.pool import Row
 from mossar_stream.core.station import Desk
 from mossar_stream.events import BODY, Event, StreamChange, StreamEvent
 from mossar_stream.repetitions.reporting import Reported

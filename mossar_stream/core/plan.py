@@ -18,10 +18,10 @@ from mossar_stream.core.kernels import (
     TIME_ROUNDING,
     pad,
 )
+from mossar_stream.core.out import Source
 from mossar_stream.core.row import PLAN, REGIONS, Shape, new_memory, records, region
 from mossar_stream.errors import SettingsError
 from mossar_stream.events import BODY, Event
-from mossar_stream.core.out import Source
 from mossar_stream.moves.groups import groups_of, leading_limb, limbs_by_joint
 from mossar_stream.moves.joints import details
 from mossar_stream.repetitions.preparing import prepare as prepare_counting

@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.row import records, region
 from mossar_stream.core.buffers import Buffers
-from mossar_stream.core.plan import Plan, move_row
-from mossar_stream.events import Event
 from mossar_stream.core.out import Source
+from mossar_stream.core.plan import Plan, move_row
+from mossar_stream.core.row import records, region
+from mossar_stream.events import Event
 from mossar_stream.repetitions.reporting import RepetitionReporter
 
 ROWS_AT_ONCE = 64  # of a pool for many

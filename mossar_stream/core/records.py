@@ -44,4 +44,5 @@ def _parsed(description: str) -> np.dtype[Any]:
         else:
             shape = tuple(map(int, token["shape"].split(","))) if token["shape"] else ()
             levels[-1].append((token["name"], token["kind"], shape))
-    return levels[0][0][1]
+    found: np.dtype[Any] = levels[0][0][1]
+    return found

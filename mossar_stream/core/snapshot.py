@@ -11,8 +11,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.row import records
 from mossar_stream.core.plan import Plan
+from mossar_stream.core.row import records
 from mossar_stream.core.validation import is_sound
 from mossar_stream.errors import FrameError, MovesError, SettingsError, SnapshotError
 from mossar_stream.events import BODY, Event

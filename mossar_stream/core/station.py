@@ -11,10 +11,10 @@ from weakref import WeakValueDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.row import new_memory
 from mossar_stream.core.kernels import ALL_ANALYSES, CHANGES, NO_ANALYSIS, RECORDS
 from mossar_stream.core.plan import Plan
 from mossar_stream.core.pool import Row
+from mossar_stream.core.row import new_memory
 from mossar_stream.readers import Reader
 
 STATION, CHANNEL, READER = RECORDS["Station"], RECORDS["Channel"], RECORDS["Reader"]

@@ -7,9 +7,9 @@ it: whatever is used as an index must point into the row. Numbers that are only 
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.row import records, region
 from mossar_stream.core.kernels import CYCLES, LINES, LIVE, NOT_KEPT, PAGE, RECORDS
 from mossar_stream.core.plan import Plan
+from mossar_stream.core.row import records, region
 from mossar_stream.repetitions.preparing import is_sound as counting_is_sound
 from mossar_stream.repetitions.preparing import prepare
 from mossar_stream.similarity import protocol as similarity

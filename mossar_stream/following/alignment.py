@@ -249,7 +249,7 @@ class Alignment:
     def _report(self, m: int) -> tuple[dict[str, float], dict[str, float]]:
         """Return what is reported of a move, and the deviation of each limb that was not hidden for too long."""
         numbers = self._reports[m].tolist()
-        names = FOLLOW_REPORT.names
+        names = FOLLOW_REPORT.names or ()
         limbs = zip(self._limb_names, numbers[len(names) :], strict=True)
         return (
             dict(zip(names, numbers[: len(names)], strict=True)),

@@ -9,11 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.core.kernels import (
-    CONFIRMED,
-    EXPLAINED,
-    FINAL,
     RECORDS,
-    WITHDRAWN,
     move_memory_bytes,
     move_memory_parts,
 )

@@ -13,14 +13,14 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.core.row import region
-from mossar_stream.core.kernels import DECIDE, RANK, SPACING, set_middle
 from mossar_stream.core import engine
 from mossar_stream.core.buffers import Buffers
 from mossar_stream.core.curve_state import CurveState, curve_state
 from mossar_stream.core.intake import FLOAT32, given_positions, has_said_size, place_of, subtract
+from mossar_stream.core.kernels import DECIDE, RANK, SPACING, set_middle
 from mossar_stream.core.plan import Plan, history_size
 from mossar_stream.core.pool import Row, new_row, restored_row
+from mossar_stream.core.row import region
 from mossar_stream.core.station import desk_of
 from mossar_stream.errors import FrameError
 from mossar_stream.events import (

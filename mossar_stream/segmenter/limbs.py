@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Mapping
 
-from mossar_stream.core.kernels import RECORDS
 from mossar_stream.core import engine
 from mossar_stream.core.curve_state import CurveState, curve_state
+from mossar_stream.core.kernels import RECORDS
 from mossar_stream.core.plan import Plan
 from mossar_stream.core.pool import Row, restored_row
 from mossar_stream.core.snapshot import Following, pack_snapshot, unpack_snapshot

@@ -56,7 +56,7 @@ class _Drive:
                     self._update()
                 elif stop == ANALYSIS_DUE:
                     began = _ticks()
-                    analyse(row.counting, row.buffers.store, positions[done], times[done])
+                    analyse(row.counting, row.buffers.store, times[done])
                     self.looking += _ticks() - began
 
     def _update(self) -> None:
