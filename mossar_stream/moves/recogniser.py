@@ -1,7 +1,4 @@
-"""The recogniser as Python sees it: what a performer's memory holds, and numbers that its kernels are compiled with.
-
-The kernels are in `recogniser.pxi`.
-"""
+"""The recogniser as Python sees it: what a performer's memory holds. The kernels are in `recogniser.pxi`."""
 
 from typing import Any
 
@@ -9,11 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.core.kernels import (
-    CONFIRMED,
-    EXPLAINED,
-    FINAL,
     RECORDS,
-    WITHDRAWN,
     move_memory_bytes,
     move_memory_parts,
 )

@@ -8,14 +8,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.kernels import address_of_recognise
+from mossar_stream.core.kernels import (
+    CONFIRMED,
+    EXPLAINED,
+    FINAL,
+    LEAD_COUNTED,
+    LEAD_WORTH,
+    WITHDRAWN,
+    address_of_recognise,
+)
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, MoveEvent, MoveStatus
-from mossar_stream.moves.bank import LEAD_COUNTED, LEAD_WORTH, store_of
+from mossar_stream.moves.bank import store_of
 from mossar_stream.moves.explaining import REASONS, Explanation
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.moves.moves import Moves, copy_of
-from mossar_stream.moves.recogniser import CONFIRMED, EXPLAINED, FINAL, WITHDRAWN, memory_of, new_memory
+from mossar_stream.moves.recogniser import memory_of, new_memory
 from mossar_stream.skeleton import Skeleton
 
 WHOLE_BODY = "body"
