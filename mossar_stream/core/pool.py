@@ -15,7 +15,16 @@ FIRST_ROWS = 8  # of the first pool: most plans have few performers, and skeleto
 MOST_BYTES = 1 << 26  # of a pool for many, unless one row is larger
 
 
-KNOWN_NOISE = ("known", "silent", "heard", "estimate", "aside", "quietest", "loud", "floor")  # of the sensor, but for its rate
+KNOWN_NOISE = (
+    "known",
+    "silent",
+    "heard",
+    "estimate",
+    "aside",
+    "quietest",
+    "loud",
+    "floor",
+)  # of the sensor, but for its rate
 
 
 class Pool:

@@ -9,7 +9,9 @@ import numpy as np
 # describes as a complex number, the names of its members.
 COUNTS = {"cycle": 32, "feet": 2}
 PAIRS = {"tempo": ("spread", "squared_speed"), "bout": ("begin", "end")}
-TOKENS = re.compile(r"(?:\((?P<shape>[\d,]+)\))?(?:(?P<open>T\{)|(?P<close>\})(?::(?P<of>\w+):)?|(?P<kind>Z?\w):(?P<name>\w+):)")
+TOKENS = re.compile(
+    r"(?:\((?P<shape>[\d,]+)\))?(?:(?P<open>T\{)|(?P<close>\})(?::(?P<of>\w+):)?|(?P<kind>Z?\w):(?P<name>\w+):)"
+)
 
 
 def record_type(struct: Any) -> np.dtype[Any]:

@@ -1,6 +1,6 @@
 """One example of a move: what the player showed, from its onset to its offset."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 import numpy as np
@@ -139,7 +139,7 @@ def numbers_of(positions: ArrayLike) -> NDArray[np.float64]:
         raise MovesError(f"an example's positions are numbers: {error}") from None
 
 
-def _checked(shown: NDArray[np.float64], fps: float, joints: int) -> NDArray[np.float64]:
+def _checked(shown: NDArray[np.float64], fps: Any, joints: int) -> NDArray[np.float64]:
     if not isinstance(fps, NUMBERS) or not 0 < fps <= 10_000:
         raise MovesError(f"the rate of an example is a positive number of frames per second, not {fps!r}")
     if shown.ndim != 3 or shown.shape[1:] != (joints, 3):

@@ -1,6 +1,6 @@
 """One pose that is held: where the joints are, averaged over the last part at rest of what was shown."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 import numpy as np
@@ -69,7 +69,7 @@ def make_pose(name: str, positions: ArrayLike, fps: float, hold: float, skeleton
     return Pose(name, units_of(pose), float(hold))
 
 
-def _check(shown: NDArray[np.float64], fps: float, hold: float, joints: int) -> None:
+def _check(shown: NDArray[np.float64], fps: Any, hold: Any, joints: int) -> None:
     if not isinstance(fps, NUMBERS) or not 0 < fps <= 10_000:
         raise MovesError(f"the rate of a pose is a positive number of frames per second, not {fps!r}")
     if isinstance(hold, bool) or not isinstance(hold, NUMBERS) or not 0 <= hold <= MOST_HOLD:

@@ -1,6 +1,6 @@
 """Rules: what a file of moves says of each move besides its examples, and of the way that performers face."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 
@@ -40,7 +40,7 @@ def changed_rule(
     given = {"strict": strict, "again": again, "mirrored": mirrored}
     fields = {name: value for name, value in given.items() if value is not None}
     for name, most in (("strict", 1.0), ("again", MOST_AGAIN)):
-        value = fields.get(name, 0.0)
+        value: Any = fields.get(name, 0.0)  # of any type, from a file or a program
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value <= most:
             raise MovesError(f"{name} is a number from 0 to {most:g}, not {value!r}")
     if not isinstance(fields.get("mirrored", False), bool):

@@ -1,8 +1,9 @@
 """What `simd.h` computes, in plain Python, number by number and in the same order: tests compare the two bit by bit."""
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 WIDTH: Final = 32  # numbers of a line that are added up at once
 FACTORS: Final = 8  # numbers that are multiplied at once
@@ -12,7 +13,7 @@ FRACTION_BITS, EXPONENT_BIAS = 52, 1023  # of a float64
 FRACTION, BITS_OF_ONE = (1 << FRACTION_BITS) - 1, EXPONENT_BIAS << FRACTION_BITS
 
 
-def page_sum(page, line):
+def page_sum(page: NDArray[Any], line: int) -> Any:
     """Sum a line of a page in double precision, in halves; see `_sum`."""
     numbers = np.empty(WIDTH)
     for j in range(WIDTH):
@@ -20,7 +21,7 @@ def page_sum(page, line):
     return _sum(numbers)
 
 
-def page_product(page, one, other):
+def page_product(page: NDArray[Any], one: int, other: int) -> Any:
     """Sum the products of two lines of a page; each is rounded to float32, their sum to float64."""
     numbers = np.empty(WIDTH)
     for j in range(WIDTH):
@@ -28,7 +29,7 @@ def page_product(page, one, other):
     return _sum(numbers)
 
 
-def line_product(one, other):
+def line_product(one: NDArray[Any], other: NDArray[Any]) -> Any:
     """Sum the products of two lines, in `FACTORS` sums side by side; see `line_product` of simd.pxi."""
     sums = np.zeros(FACTORS, np.float32)
     for place in range(0, one.size, FACTORS):
@@ -37,7 +38,7 @@ def line_product(one, other):
     return _sum(sums)
 
 
-def line_products(goal, lines, others, count):
+def line_products(goal: NDArray[Any], lines: NDArray[Any], others: NDArray[Any], count: int) -> None:
     """Set sums of products of lines, in `FACTORS` sums side by side; see `line_products` of simd.pxi."""
     until = -(-count // FACTORS) * FACTORS
     for k in range(MATRIX_ROWS):
@@ -45,7 +46,7 @@ def line_products(goal, lines, others, count):
             goal[k, j] = line_product(lines[k, :until], others[j, :until])
 
 
-def weighted_sums(goal, weights, lines, count):
+def weighted_sums(goal: NDArray[Any], weights: NDArray[Any], lines: NDArray[Any], count: int) -> None:
     """Set weighted sums of lines, in their order; see `weighted_sums` of simd.pxi."""
     step = VECTORS * FACTORS
     for k in range(MATRIX_ROWS):
@@ -56,13 +57,15 @@ def weighted_sums(goal, weights, lines, count):
             goal[k, i] = total
 
 
-def page_within(page, line, limit):
+def page_within(page: NDArray[Any], line: int, limit: float) -> bool:
     """Tell whether a line of a page has no number above `limit`, and none that is NaN."""
     most = np.float32(limit)
     return all(page[line + j] <= most for j in range(WIDTH))
 
 
-def variance_product(sums, squares, begin, end, scale, floor):
+def variance_product(
+    sums: NDArray[Any], squares: NDArray[Any], begin: int, end: int, scale: float, floor: float
+) -> tuple[Any, int]:
     """Multiply variances, in `FACTORS` products side by side; see `variance_product` of simd.pxi."""
     product = np.ones(FACTORS)
     for place in range(begin, end, FACTORS):
@@ -83,7 +86,16 @@ def variance_product(sums, squares, begin, end, scale, floor):
     return product[0], exponent
 
 
-def spread_product(sums, squares, begin, end, lines, stride, scale, floor):
+def spread_product(
+    sums: NDArray[Any],
+    squares: NDArray[Any],
+    begin: int,
+    end: int,
+    lines: int,
+    stride: int,
+    scale: float,
+    floor: float,
+) -> float:
     """Multiply how far joints are spread, in `FACTORS` products side by side; see `spread_product` of simd.pxi."""
     product = np.ones(FACTORS)
     for joint in range(begin, end, FACTORS):
@@ -100,7 +112,7 @@ def spread_product(sums, squares, begin, end, lines, stride, scale, floor):
     return found
 
 
-def lowest_bit(mask):
+def lowest_bit(mask: int) -> int:
     """Return the position of the lowest set bit of an int64 other than 0."""
     position = 0
     while mask & 1 == 0:
@@ -109,7 +121,7 @@ def lowest_bit(mask):
     return position
 
 
-def _sum(numbers):
+def _sum(numbers: NDArray[Any]) -> Any:
     """Add the second half to the first until one number is left; `numbers` is overwritten."""
     size = len(numbers)
     while size > 1:
