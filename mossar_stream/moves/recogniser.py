@@ -1,7 +1,4 @@
-"""The recogniser as Python sees it: what a performer's memory holds, and numbers that its kernels are compiled with.
-
-The kernels are in `recogniser.pxi`.
-"""
+"""The recogniser as Python sees it: what a performer's memory holds. The kernels are in `recogniser.pxi`."""
 
 from typing import Any
 

@@ -167,6 +167,7 @@ class Holding:
             and not math.isnan(state["due"])
             and all(math.isfinite(time) for time in times)
             and all(bool(np.isfinite(part).all()) for part in (state["facing"], *numbers))
+            and bool((parts["strays"] >= 0.0).all())
         )
 
 
