@@ -131,18 +131,20 @@ def split_frames(cnp.ndarray row, cnp.ndarray positions, cnp.ndarray times, int6
         Key frames confirmed.
     """
     cdef Row* state = <Row*>cnp.PyArray_DATA(row)
+    cdef Arrays a = _arrays_of(state, NULL)
     cdef float* points = floats_at(positions)
     cdef double* moments = doubles_at(times)
     cdef int64_t i, count = len(times), found = 0
     with nogil:
         for i in range(count):
-            found += _split_frame(state, points + 3 * i * state.plan.joints, moments[i], until)
+            found += _split_frame(state, &a, points + 3 * i * state.plan.joints, moments[i], until)
     return found
 
 
-cdef int64_t _split_frame(Row* state, float* positions, double time, int64_t until) noexcept nogil:
+cdef inline int64_t _split_frame(
+    Row* state, Arrays* a, float* positions, double time, int64_t until
+) noexcept nogil:
     """Process one frame, and return whether a key frame was confirmed."""
-    cdef Arrays a = _arrays_of(state, NULL)
     cdef Plan* plan = &state.plan
     cdef Clock* clock = &state.clock
     cdef bint first = clock.open == 0
