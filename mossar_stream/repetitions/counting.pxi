@@ -379,21 +379,23 @@ cdef int64_t _counting_write(Counting* header, Samples* samples, int64_t compone
 
 
 cdef void _counting_measure(Counting* header, Samples* samples, int64_t component, int32_t* cycle, int64_t n, Cycle* row) noexcept nogil:
-    """Set times, amplitude and the leading joint of a cycle of which the window holds at least the end."""
-    cdef int64_t place, start, far
+    """Set times, amplitude and the leading joint of a cycle.
+
+    One that was missed may lie before the window: then the oldest sample stands for each that the window does not hold.
+    """
+    cdef int64_t place, start, far, end
     cdef float swing
     cdef Floats scores, smooth
-    cdef int32_t end
     scores = row_of_floats(samples.scores, component)
     smooth = row_of_floats(samples.smooth, component)
-    start, far, end = max(cycle[0], 0), max(cycle[1], 0), cycle[2]
+    start, far, end = max(cycle[0], 0), max(cycle[1], 0), max(cycle[2], 0)
     row.leaves = header.left[ring_place(header, n, start)]
     row.out = time_at(header, n, crossing(smooth, start, far, 0.5))
     place = ring_place(header, n, far)
     row.turns = 0.5 * (header.at[place] + header.left[place])
-    row.back = time_at(header, n, crossing(smooth, <int64_t>end, far, 0.5))
-    row.returning = <int64_t>(end >= n - 2)
-    row.arrives = header.at[ring_place(header, n, end)]
+    row.back = time_at(header, n, crossing(smooth, end, far, 0.5))
+    row.returning = <int64_t>(cycle[2] >= n - 2)
+    row.arrives = header.at[ring_place(header, n, cycle[2])]
     swing = abs(scores.at[far] - <float>0.5 * (scores.at[start] + scores.at[end]))
     row.amplitude = swing / sqrt(<double>header.joints)
     row.joint = _leading_joint(header, row_of_floats(samples.axes, component))
