@@ -2,6 +2,7 @@
 
 cdef extern from "built_from.h" nogil:
     const char* MOSSAR_BUILT_FROM
+    const char* MOSSAR_RECORDS  # the members of structs, see `records.py`
 
 cdef extern from "processor.h" nogil:
     int mossar_has_x86_64_v3()

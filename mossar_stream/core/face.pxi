@@ -1,6 +1,6 @@
 """Face: what Python calls, and what it knows of records and constants. The only file here that works on Python objects."""
 
-from mossar_stream.core.records import record_type
+from mossar_stream.core.records import record_types
 
 
 def run(cnp.ndarray desk, cnp.ndarray tools, cnp.ndarray measures, cnp.ndarray positions, cnp.ndarray times):
@@ -101,81 +101,30 @@ cdef Room _room_of(uint8_t* tools, Measure* measures) noexcept nogil:
     return room
 
 
-# Cython describes a record only as deep as it finds records in records, and does not count those in arrays. So a record with
-# such an array is described beside one that is deep enough.
-cdef struct Deep:
-    int64_t number
-
-
-cdef struct Deeper:
-    Deep record
-
-
-cdef struct CountingBox:
-    Counting record
-    Deeper other
-
-
-cdef struct PeriodsBox:
-    Periods record
-    Deeper other
-
-
-cdef struct StepsBox:
-    Steps record
-    Deeper other
-
-
-cdef dict _records():
-    """Return the numpy type of each record, as the compiler laid it out."""
-    cdef Plan plan
-    cdef Places places
-    cdef Row row
-    cdef Clock clock
-    cdef Key key
-    cdef Mark mark
-    cdef Memo memo
-    cdef Bout bout
-    cdef Note note
-    cdef Event event
-    cdef Station station
-    cdef Channel channel
-    cdef Reader reader
-    cdef LoopHead head
-    cdef Seat seat
-    cdef Tools tools
-    cdef Counters counters
-    cdef Measure measure
-    cdef CountingBox counting
-    cdef PeriodsBox periods
-    cdef Labels labels
-    cdef StepsBox steps
-    return {
-        "Plan": record_type(<Plan[:1]>&plan),
-        "Row": record_type(<Row[:1]>&row),
-        "Clock": record_type(<Clock[:1]>&clock),
-        "Key": record_type(<Key[:1]>&key),
-        "Mark": record_type(<Mark[:1]>&mark),
-        "Memo": record_type(<Memo[:1]>&memo),
-        "Bout": record_type(<Bout[:1]>&bout),
-        "Note": record_type(<Note[:1]>&note),
-        "Event": record_type(<Event[:1]>&event),
-        "Station": record_type(<Station[:1]>&station),
-        "Channel": record_type(<Channel[:1]>&channel),
-        "Reader": record_type(<Reader[:1]>&reader),
-        "LoopHead": record_type(<LoopHead[:1]>&head),
-        "Seat": record_type(<Seat[:1]>&seat),
-        "Counters": record_type(<Counters[:1]>&counters),
-        "Measure": record_type(<Measure[:1]>&measure),
-        "Counting": record_type(<CountingBox[:1]>&counting)["record"],
-        "Periods": record_type(<PeriodsBox[:1]>&periods)["record"],
-        "Labels": record_type(<Labels[:1]>&labels),
-        "Steps": record_type(<StepsBox[:1]>&steps)["record"],
-        "Tools": record_type(<Tools[:1]>&tools),
-    }
-
-
-RECORDS = _records()
+# The numpy type of each record; the members come from the declarations.
+RECORDS = record_types(MOSSAR_RECORDS.decode(), {
+    "Plan": sizeof(Plan),
+    "Row": sizeof(Row),
+    "Clock": sizeof(Clock),
+    "Key": sizeof(Key),
+    "Mark": sizeof(Mark),
+    "Memo": sizeof(Memo),
+    "Bout": sizeof(Bout),
+    "Note": sizeof(Note),
+    "Event": sizeof(Event),
+    "Station": sizeof(Station),
+    "Channel": sizeof(Channel),
+    "Reader": sizeof(Reader),
+    "LoopHead": sizeof(LoopHead),
+    "Seat": sizeof(Seat),
+    "Counters": sizeof(Counters),
+    "Measure": sizeof(Measure),
+    "Counting": sizeof(Counting),
+    "Periods": sizeof(Periods),
+    "Labels": sizeof(Labels),
+    "Steps": sizeof(Steps),
+    "Tools": sizeof(Tools),
+})
 
 # Constants that Python needs, too; `kernels` offers them by name.
 CONSTANTS = {

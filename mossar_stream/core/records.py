@@ -1,50 +1,46 @@
-"""Records: the numpy types of the core's structs, as the compiler laid them out."""
+"""Records: the numpy types of the core's structs, read off their declarations, with the compiler's sizes as proof."""
 
 import re
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-# What Cython's description of a struct leaves out: how many records a member holds, and, for a record of two float64, which it
-# describes as a complex number, the names of its members.
-COUNTS = {"cycle": 32, "feet": 2}
-PAIRS = {"tempo": ("spread", "squared_speed"), "bout": ("begin", "end")}
-TOKENS = re.compile(
-    r"(?:\((?P<shape>[\d,]+)\))?(?:(?P<open>T\{)|(?P<close>\})(?::(?P<of>\w+):)?|(?P<kind>Z?\w):(?P<name>\w+):)"
-)
+NUMBERS = {
+    "double": "f8",
+    "float": "f4",
+    "int8_t": "i1",
+    "int16_t": "i2",
+    "int32_t": "i4",
+    "int64_t": "i8",
+    "uint8_t": "u1",
+    "uint64_t": "u8",
+}
 
 
-def record_type(struct: Any) -> np.dtype[Any]:
-    """Return the numpy type of a struct.
+def record_types(declared: str, sizes: dict[str, int]) -> dict[str, np.dtype[Any]]:
+    """Return the numpy types of structs, which lie in memory as C's rules of alignment say.
 
     Args:
-        struct: An array of one, as Cython makes it of a pointer.
+        declared: A line for each struct, such as `Foot int64_t points[4]; float places[256][4][3]`; see build_core/sources.py.
+        sizes: Of the wanted structs, bytes, as the compiler laid them out.
 
     Raises:
-        TypeError: If the description does not give the struct's size.
+        TypeError: The compiler laid out a struct in another way.
+        KeyError: A struct is not declared, or has a member that is no number and no record.
     """
-    view = memoryview(struct)
-    found = _parsed(view.format)
-    if found.itemsize != view.itemsize:
-        raise TypeError(f"{view.format} has {view.itemsize} bytes, not {found.itemsize}")
-    return found
+    members = {name: text for name, _, text in (line.partition(" ") for line in declared.splitlines())}
 
+    @cache
+    def record(name: str) -> np.dtype[Any]:
+        return np.dtype([member(*text.split(" ")) for text in members[name].split("; ")], align=True)
 
-def _parsed(description: str) -> np.dtype[Any]:
-    """Return the type that a description in the style of PEP 3118 gives."""
-    if description == "Zd":
-        return np.dtype([(name, "f8") for name in PAIRS["bout"]])
-    levels: list[list[Any]] = [[]]
-    for token in TOKENS.finditer(description):
-        if token["open"]:
-            levels.append([])
-        elif token["close"]:
-            record, name = np.dtype(levels.pop(), align=True), token["of"]
-            levels[-1].append((name, record, COUNTS[name]) if name in COUNTS else (name or "", record))
-        elif token["kind"] == "Zd":
-            levels[-1].append((token["name"], [(name, "f8") for name in PAIRS[token["name"]]]))
-        else:
-            shape = tuple(map(int, token["shape"].split(","))) if token["shape"] else ()
-            levels[-1].append((token["name"], token["kind"], shape))
-    found: np.dtype[Any] = levels[0][0][1]
+    def member(kind: str, name: str) -> tuple[str, Any, tuple[int, ...]]:
+        shape = tuple(map(int, re.findall(r"\[(\d+)\]", name)))
+        return name.partition("[")[0], NUMBERS.get(kind) or record(kind), shape
+
+    found = {name: record(name) for name in sizes}
+    for name, size in sizes.items():
+        if found[name].itemsize != size:
+            raise TypeError(f"{name} has {size} bytes, not {found[name].itemsize}")
     return found

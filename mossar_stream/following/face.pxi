@@ -21,31 +21,32 @@ def address_of_follow_frame():
     return <size_t><void*>&follow_frame
 
 
-def follow_bank_bytes(int64_t points, int64_t bones, int64_t[::1] phases):
-    """Return the bytes of a bank, by the phases of each example."""
+def follow_bank_bytes(int64_t points, int64_t bones, cnp.ndarray phases):
+    """Return the bytes of a bank, by the (n,) int64 phases of each example."""
     cdef FollowHead head
+    cdef int64_t* counts = <int64_t*>cnp.PyArray_DATA(phases)
     cdef int64_t t, numbers
     memset(&head, 0, sizeof(FollowHead))
-    head.points, head.bones, head.examples = points, bones, phases.shape[0]
+    head.points, head.bones, head.examples = points, bones, cnp.PyArray_DIM(phases, 0)
     numbers = 3 * points + head.examples * bones
     for t in range(head.examples):
-        numbers += floats_of_followed(phases[t], bones)
+        numbers += floats_of_followed(counts[t], bones)
     return <uint8_t*>(lay_out_follow_bank(NOWHERE, &head).floats + numbers) - NOWHERE
 
 
-def place_follow_examples(uint8_t[::1] store):
+def place_follow_examples(cnp.ndarray store):
     """Note where things of examples lie; the head's counts and the `phases` of examples are there already."""
     cdef FollowBank bank
-    bank = open_follow_bank(&store[0])
+    bank = open_follow_bank(<uint8_t*>cnp.PyArray_DATA(store))
     place_examples(&bank)
 
 
-def follow_bank_parts(uint8_t[::1] store):
+def follow_bank_parts(cnp.ndarray store):
     """Return the parts of a bank; what lies behind the examples, once they are placed."""
     cdef FollowBank bank
     cdef FollowHead* head
     cdef uint8_t* begin
-    begin = &store[0]
+    begin = <uint8_t*>cnp.PyArray_DATA(store)
     bank = open_follow_bank(begin)
     head = bank.head
     return {
@@ -58,12 +59,12 @@ def follow_bank_parts(uint8_t[::1] store):
     }
 
 
-def follow_example_parts(uint8_t[::1] store, int64_t t):
+def follow_example_parts(cnp.ndarray store, int64_t t):
     """Return where the directions of an example and their means lie in a bank."""
     cdef FollowBank bank
     cdef FollowedExample* example
     cdef uint8_t* begin
-    begin = &store[0]
+    begin = <uint8_t*>cnp.PyArray_DATA(store)
     bank = open_follow_bank(begin)
     example = &bank.examples[t]
     return {
@@ -75,18 +76,18 @@ def follow_example_parts(uint8_t[::1] store, int64_t t):
     }
 
 
-def follow_memory_bytes(uint8_t[::1] store):
+def follow_memory_bytes(cnp.ndarray store):
     """Return the bytes that following takes for one performer."""
     cdef FollowBank bank
-    bank = open_follow_bank(&store[0])
+    bank = open_follow_bank(<uint8_t*>cnp.PyArray_DATA(store))
     return follow_memory_size(&bank)
 
 
-def follow_memory_parts(uint8_t[::1] store):
+def follow_memory_parts(cnp.ndarray store):
     """Return the parts of a performer's memory, but for cells."""
     cdef FollowHead* head
     cdef FollowMemory known
-    head = <FollowHead*>&store[0]
+    head = <FollowHead*>cnp.PyArray_DATA(store)
     known = open_follow_memory(NOWHERE, head)
     return {
         "state": (0, "FollowingState", (1,)),
@@ -98,11 +99,11 @@ def follow_memory_parts(uint8_t[::1] store):
     }
 
 
-def follow_cell_parts(uint8_t[::1] store, int64_t t):
+def follow_cell_parts(cnp.ndarray store, int64_t t):
     """Return where the cells of an example lie in a performer's memory."""
     cdef FollowBank bank
     cdef Cells cells
-    bank = open_follow_bank(&store[0])
+    bank = open_follow_bank(<uint8_t*>cnp.PyArray_DATA(store))
     cells = open_cells(NOWHERE, &bank.examples[t])
     return {
         "costs": (<uint8_t*>cells.costs.at - NOWHERE, "float32", (LAYERS, cells.costs.columns)),
@@ -110,39 +111,28 @@ def follow_cell_parts(uint8_t[::1] store, int64_t t):
     }
 
 
-def begin_following(uint8_t[::1] memory, uint8_t[::1] store):
+def begin_following(cnp.ndarray memory, cnp.ndarray store):
     """Set the memory of a performer to what it is before the first frame of a take, but for `every`."""
     cdef FollowBank bank
-    bank = open_follow_bank(&store[0])
-    begin_follow_memory(&memory[0], &bank)
+    bank = open_follow_bank(<uint8_t*>cnp.PyArray_DATA(store))
+    begin_follow_memory(<uint8_t*>cnp.PyArray_DATA(memory), &bank)
 
 
-def finish_take(uint8_t[::1] memory, uint8_t[::1] store):
+def finish_take(cnp.ndarray memory, cnp.ndarray store):
     """Decide everything at the end of a take; see `happened` of the moves."""
-    finish_following(&memory[0], &store[0])
+    finish_following(<uint8_t*>cnp.PyArray_DATA(memory), <uint8_t*>cnp.PyArray_DATA(store))
 
 
-def evaluate(uint8_t[::1] memory, uint8_t[::1] store, int64_t m):
+def evaluate(cnp.ndarray memory, cnp.ndarray store, int64_t m):
     """Write what is to be reported of a move that is being made."""
-    evaluate_move(&memory[0], &store[0], m)
+    evaluate_move(<uint8_t*>cnp.PyArray_DATA(memory), <uint8_t*>cnp.PyArray_DATA(store), m)
 
 
-cdef dict _follow_records():
-    """Return the numpy type of each record, as the compiler laid it out."""
-    cdef FollowHead follow_head
-    cdef Bone bone
-    cdef FollowedExample followed_example
-    cdef FollowedMove followed_move
-    cdef FollowReport follow_report
-    cdef FollowingState following_state
-    return {
-        "FollowHead": record_type(<FollowHead[:1]>&follow_head),
-        "Bone": record_type(<Bone[:1]>&bone),
-        "FollowedExample": record_type(<FollowedExample[:1]>&followed_example),
-        "FollowedMove": record_type(<FollowedMove[:1]>&followed_move),
-        "FollowReport": record_type(<FollowReport[:1]>&follow_report),
-        "FollowingState": record_type(<FollowingState[:1]>&following_state),
-    }
-
-
-RECORDS.update(_follow_records())
+RECORDS.update(record_types(MOSSAR_RECORDS.decode(), {
+    "FollowHead": sizeof(FollowHead),
+    "Bone": sizeof(Bone),
+    "FollowedExample": sizeof(FollowedExample),
+    "FollowedMove": sizeof(FollowedMove),
+    "FollowReport": sizeof(FollowReport),
+    "FollowingState": sizeof(FollowingState),
+}))

@@ -50,11 +50,11 @@ def move_memory_bytes(int64_t joints, int64_t moves):
     return open_move_memory(NOWHERE, &head).end - NOWHERE
 
 
-def move_store_parts(uint8_t[::1] store):
+def move_store_parts(cnp.ndarray store):
     """Return the parts of a store whose head is written."""
     cdef MoveBank bank
     cdef uint8_t* begin
-    begin = &store[0]
+    begin = <uint8_t*>cnp.PyArray_DATA(store)
     bank = open_move_store(begin)
     return {
         "head": (0, "MoveStore", (1,)),
@@ -78,51 +78,62 @@ def move_memory_parts(int64_t joints, int64_t moves):
     }
 
 
-def write_example(
-    uint8_t[::1] store, int64_t t, int64_t move, float[:, ::1] poses, double[::1] path
-):
-    """Describe the whole of an example, number t; see `write_move_example`."""
+def write_example(cnp.ndarray store, int64_t t, int64_t move, cnp.ndarray poses, cnp.ndarray path):
+    """Describe the whole of an example, number t; see `write_move_example`.
+
+    Args:
+        store: Bytes.
+        t: Its number.
+        move: Its move's.
+        poses: (n, numbers) float32.
+        path: (n,) float64 m.
+    """
     write_move_example(
-        &store[0], t, move, floats_in_rows(&poses[0, 0], poses.shape[0], poses.shape[1]),
-        doubles(&path[0], path.shape[0]),
+        <uint8_t*>cnp.PyArray_DATA(store), t, move, _poses_in(poses),
+        doubles(<double*>cnp.PyArray_DATA(path), cnp.PyArray_DIM(path, 0)),
     )
 
 
 def compare_with_all(
-    uint8_t[::1] store, float[:, ::1] poses, double[::1] path, double[::1] costs, double[::1] postures
+    cnp.ndarray store, cnp.ndarray poses, cnp.ndarray path, cnp.ndarray costs, cnp.ndarray postures
 ):
-    """Compare an example with each of those in a store; see `compare_move_with_all`."""
+    """Compare an example with each of those in a store; see `compare_move_with_all`.
+
+    Args:
+        store: Bytes.
+        poses: (n, numbers) float32.
+        path: (n,) float64 m.
+        costs: (examples,) float64, set.
+        postures: Likewise.
+    """
     compare_move_with_all(
-        &store[0], floats_in_rows(&poses[0, 0], poses.shape[0], poses.shape[1]),
-        doubles(&path[0], path.shape[0]), &costs[0], &postures[0],
+        <uint8_t*>cnp.PyArray_DATA(store), _poses_in(poses),
+        doubles(<double*>cnp.PyArray_DATA(path), cnp.PyArray_DIM(path, 0)),
+        <double*>cnp.PyArray_DATA(costs), <double*>cnp.PyArray_DATA(postures),
     )
 
 
-def mean_heading(float[:, :, ::1] positions, int64_t[::1] girdles):
+def mean_heading(cnp.ndarray positions, cnp.ndarray girdles):
     """Return the cosine and the sine of a movement's mean heading; no turn where there are no hips.
 
     Args:
-        positions: (n, J, 3) m.
-        girdles: (4,) left and right hip, left and right shoulder; -1 for none.
+        positions: (n, J, 3) float32 m.
+        girdles: (4,) int64: left and right hip, left and right shoulder; -1 for none.
     """
     cdef FloatPlanes planes
-    planes.at = &positions[0, 0, 0]
-    planes.planes, planes.rows, planes.columns = positions.shape[0], positions.shape[1], positions.shape[2]
-    return mean_heading_of(planes, &girdles[0])
+    planes.at = <float*>cnp.PyArray_DATA(positions)
+    planes.planes, planes.rows = cnp.PyArray_DIM(positions, 0), cnp.PyArray_DIM(positions, 1)
+    planes.columns = cnp.PyArray_DIM(positions, 2)
+    return mean_heading_of(planes, <int64_t*>cnp.PyArray_DATA(girdles))
 
 
-cdef dict _move_records():
-    """Return the numpy type of each record, as the compiler laid it out."""
-    cdef JointPair joint_pair
-    cdef MoveStore move_store
-    cdef MoveExample move_example
-    cdef RecognitionState recognition_state
-    return {
-        "JointPair": record_type(<JointPair[:1]>&joint_pair),
-        "MoveStore": record_type(<MoveStore[:1]>&move_store),
-        "MoveExample": record_type(<MoveExample[:1]>&move_example),
-        "RecognitionState": record_type(<RecognitionState[:1]>&recognition_state),
-    }
+cdef FloatRows _poses_in(cnp.ndarray poses):
+    return floats_in_rows(<float*>cnp.PyArray_DATA(poses), cnp.PyArray_DIM(poses, 0), cnp.PyArray_DIM(poses, 1))
 
 
-RECORDS.update(_move_records())
+RECORDS.update(record_types(MOSSAR_RECORDS.decode(), {
+    "JointPair": sizeof(JointPair),
+    "MoveStore": sizeof(MoveStore),
+    "MoveExample": sizeof(MoveExample),
+    "RecognitionState": sizeof(RecognitionState),
+}))

@@ -1,14 +1,19 @@
 """Kernels of recognised moves as tests call them."""
 
 
-def facing(float[:, ::1] joints, int64_t[::1] girdles):
-    return facing_of(floats_in_rows(&joints[0, 0], joints.shape[0], 3), &girdles[0])
+def facing(cnp.ndarray joints, cnp.ndarray girdles):
+    return facing_of(
+        floats_in_rows(<float*>cnp.PyArray_DATA(joints), cnp.PyArray_DIM(joints, 0), 3),
+        <int64_t*>cnp.PyArray_DATA(girdles),
+    )
 
 
-def smoothed_facing(double[::1] held, double[:, ::1] found, double[::1] times):
+def smoothed_facing(cnp.ndarray held, cnp.ndarray found, cnp.ndarray times):
+    cdef double* at = <double*>cnp.PyArray_DATA(times)
+    cdef double* pair = <double*>cnp.PyArray_DATA(found)
     cdef int64_t i
-    for i in range(times.shape[0]):
-        smooth_facing(&held[0], found[i, 0], found[i, 1], times[i] - times[max(i - 1, 0)])
+    for i in range(cnp.PyArray_DIM(times, 0)):
+        smooth_facing(<double*>cnp.PyArray_DATA(held), pair[2 * i], pair[2 * i + 1], at[i] - at[max(i - 1, 0)])
 
 
 def brought_back(double x, double z, double facing_x, double facing_z):

@@ -24,12 +24,12 @@ def pose_bank_bytes(int64_t points, int64_t bones, int64_t poses):
     return lay_out_pose_bank(NOWHERE, &head).end - NOWHERE
 
 
-def pose_bank_parts(uint8_t[::1] store):
+def pose_bank_parts(cnp.ndarray store):
     """Return the parts of a bank whose head is written."""
     cdef PoseBank bank
     cdef PosesHead* head
     cdef uint8_t* begin
-    begin = &store[0]
+    begin = <uint8_t*>cnp.PyArray_DATA(store)
     bank = open_pose_bank(begin)
     head = bank.head
     return {
@@ -41,16 +41,16 @@ def pose_bank_parts(uint8_t[::1] store):
     }
 
 
-def pose_memory_bytes(uint8_t[::1] store):
+def pose_memory_bytes(cnp.ndarray store):
     """Return the bytes that a performer takes."""
-    return open_pose_memory(NOWHERE, <PosesHead*>&store[0]).end - NOWHERE
+    return open_pose_memory(NOWHERE, <PosesHead*>cnp.PyArray_DATA(store)).end - NOWHERE
 
 
-def pose_memory_parts(uint8_t[::1] store):
+def pose_memory_parts(cnp.ndarray store):
     """Return the parts of a performer's memory."""
     cdef PosesHead* head
     cdef PoseMemory known
-    head = <PosesHead*>&store[0]
+    head = <PosesHead*>cnp.PyArray_DATA(store)
     known = open_pose_memory(NOWHERE, head)
     return {
         "state": (0, "HoldingState", (1,)),
@@ -61,16 +61,8 @@ def pose_memory_parts(uint8_t[::1] store):
     }
 
 
-cdef dict _pose_records():
-    """Return the numpy type of each record, as the compiler laid it out."""
-    cdef PosesHead poses_head
-    cdef ShownPose shown_pose
-    cdef HoldingState holding_state
-    return {
-        "PosesHead": record_type(<PosesHead[:1]>&poses_head),
-        "ShownPose": record_type(<ShownPose[:1]>&shown_pose),
-        "HoldingState": record_type(<HoldingState[:1]>&holding_state),
-    }
-
-
-RECORDS.update(_pose_records())
+RECORDS.update(record_types(MOSSAR_RECORDS.decode(), {
+    "PosesHead": sizeof(PosesHead),
+    "ShownPose": sizeof(ShownPose),
+    "HoldingState": sizeof(HoldingState),
+}))

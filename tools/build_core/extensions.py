@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from build_core.compiler import WIDER, commands, flags_for, is_x86_64
-from build_core.sources import PACKAGE, ROOT, as_header, built_from, is_built_from
+from build_core.sources import PACKAGE, ROOT, as_header, built_from, is_built_from, records
 
 REQUIRED = ("setuptools>=77", "cython>=3.3,<3.4", "numpy>=2")
 STRICT = "MOSSAR_STRICT"
@@ -57,7 +57,9 @@ def build(
         if finished[path]:
             wanted[name] = [*(["--strict"] if is_strict else []), name, "--", *flags]
             work_folder(name).mkdir(parents=True, exist_ok=True)
-            (work_folder(name) / "built_from.h").write_text(as_header(text), encoding="utf-8")
+            (work_folder(name) / "built_from.h").write_text(
+                as_header({"MOSSAR_BUILT_FROM": text, "MOSSAR_RECORDS": records()}), encoding="utf-8"
+            )
     run_each(list(wanted.values()), environment)
     return finished
 

@@ -1,5 +1,6 @@
-"""What the core is compiled from, and which extension was compiled from what."""
+"""What the core is compiled from, which extension was compiled from what, and what it tells Python of its records."""
 
+import re
 import zlib
 from pathlib import Path
 
@@ -7,6 +8,8 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "mossar_stream"
 ENDINGS = {".pyx", ".pxi", ".pxd", ".h"}
 MARK = "mossar core"
+STRUCT = re.compile(r"^cdef struct (\w+):.*\n((?:(?: {4}.*)?\n)+)", re.MULTILINE)
+MEMBER = re.compile(r"\w+ \w+(?:\[\d+\])*")
 
 
 def sources() -> list[Path]:
@@ -27,10 +30,25 @@ def built_from(compiler: str, recipe: str) -> str:
     return "\n".join([f"{MARK} {compiler} {zlib.crc32(recipe.encode()):08x}", *checksums])
 
 
-def as_header(text: str) -> str:
-    """Return the text as a constant in C."""
-    lines = "\n".join(f'    "{line}\\n"' for line in text.splitlines())
-    return f"/* Written by build_core. */\nstatic const char MOSSAR_BUILT_FROM[] =\n{lines};\n"
+def records() -> str:
+    """Return the members of each struct that holds numbers and such structs: a line each, of which Python makes numpy types."""
+    declared = []
+    for path in sources():
+        for name, body in STRUCT.findall(path.read_text(encoding="utf-8")):
+            lines = [line.partition("#")[0].strip() for line in body.splitlines()]
+            members = [line for line in lines if line]
+            if all(MEMBER.fullmatch(member) for member in members):
+                declared.append(f"{name} {'; '.join(members)}")
+    return "\n".join(declared)
+
+
+def as_header(constants: dict[str, str]) -> str:
+    """Return texts as constants in C, by their names."""
+    header = "/* Written by build_core. */\n"
+    for name, text in constants.items():
+        lines = "\n".join(f'    "{line}\\n"' for line in text.splitlines())
+        header += f"static const char {name}[] =\n{lines};\n"
+    return header
 
 
 def is_built_from(extension: Path, text: str) -> bool:
