@@ -78,7 +78,7 @@ class Plan:
         self.settings = resolved = settings.resolved()
         if resolved.range == "file":
             raise SettingsError(
-                "range=file needs the whole recording; a stream takes running, decay or fixed"
+                "setting range=file needs a whole recording: use mossar segment, or range=running here"
             )
         self.fps = fps
         self.channel = channel

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-NUMBERS = {
+NUMBER_TYPES = {
     "double": "f8",
     "float": "f4",
     "int8_t": "i1",
@@ -37,7 +37,7 @@ def record_types(declared: str, sizes: dict[str, int]) -> dict[str, np.dtype[Any
 
     def member(kind: str, name: str) -> tuple[str, Any, tuple[int, ...]]:
         shape = tuple(map(int, re.findall(r"\[(\d+)\]", name)))
-        return name.partition("[")[0], NUMBERS.get(kind) or record(kind), shape
+        return name.partition("[")[0], NUMBER_TYPES.get(kind) or record(kind), shape
 
     found = {name: record(name) for name in sizes}
     for name, size in sizes.items():
