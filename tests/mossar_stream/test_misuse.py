@@ -209,7 +209,7 @@ def test_dates_are_not_read_as_seconds():
 
 
 def test_a_stream_has_no_range_of_the_whole_file():
-    with pytest.raises(SettingsError, match="range=file needs the whole recording"):
+    with pytest.raises(SettingsError, match="range=file needs a whole recording"):
         Segmenter(SKELETON, Settings(range="file"))
     segmenter = Segmenter(SKELETON, fps=60)
     with pytest.raises(SettingsError, match="range=file"):

@@ -221,7 +221,7 @@ def test_an_impossible_rate_is_refused(core, fps):
 
 
 def test_the_range_of_a_file_is_refused_on_a_stream(core):
-    with pytest.raises(ValueError, match="range=file needs the whole recording"):
+    with pytest.raises(ValueError, match="range=file needs a whole recording"):
         Segmenter(core.PAIR, Settings(range="file"))
 
 
