@@ -1,4 +1,4 @@
-"""Activity: whether the performer moves or rests, reported while it happens.
+r"""Activity: whether the performer moves or rests, reported while it happens.
 
 The signal is the rms speed of the joints over the last tenth of a second, which every level measures for its features.
 Two lines make the hysteresis: the performer moves once the speed has been above the upper line for `ONSET_CONFIRMED`;
@@ -178,8 +178,8 @@ cdef void _keep_bout(Activity* activity) noexcept nogil:
     state.bouts += 1
 
 
-cdef (
-    double, double) active_span(Activity* activity, double begin, double end, double path, double late
+cdef (double, double) active_span(
+    Activity* activity, double begin, double end, double path, double late
 ) noexcept nogil:
     """Return when the performer first and last moved in a segment, s; NaN if nothing moved.
 

@@ -8,7 +8,8 @@ cdef double SMOOTHING = 0.05  # s, time constant of the poses' low-pass filter
 cdef double EARLIER = 0.06  # s; what velocity and low-pass filter show happened so long ago
 cdef double EARLIER_IN_NOISE = 0.12  # s, the same while noise is loud, when the velocity is that of the filtered poses
 cdef double SPEED_SETTLING = 0.1  # s at the start of a take, in which the filter settles and noise is not known
-# Refractory period, s, between key frames that are reported when Algorithm 2 accepts them; the shorter one if the later one is slow
+# Refractory period, s, between key frames that are reported when Algorithm 2 accepts them; the shorter one if the later one
+# is slow
 cdef double INTERVAL = 0.36
 cdef double SHORT_INTERVAL = 0.25
 cdef double RISEN = 1.2  # times the speed at the key frame that the speed must have reached before

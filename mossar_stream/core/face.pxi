@@ -3,7 +3,7 @@
 from mossar_stream.core.records import record_types
 
 
-def run(cnp.ndarray desk, cnp.ndarray tools, cnp.ndarray measures, cnp.ndarray positions, cnp.ndarray times):
+def run(cnp.ndarray desk, cnp.ndarray tools, cnp.ndarray measures, cnp.ndarray positions, cnp.ndarray times, /):
     """Process frames until they are used up or the caller must do something; see `run_loop`.
 
     Args:
@@ -29,7 +29,7 @@ def run(cnp.ndarray desk, cnp.ndarray tools, cnp.ndarray measures, cnp.ndarray p
     return stop
 
 
-def update_window(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray tools, int64_t reason):
+def update_window(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray tools, int64_t reason, /):
     """Carry out what follows from the last frame; see `step_window`.
 
     Args:
@@ -44,7 +44,7 @@ def update_window(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray tools, int64
         step_window(performer, room.measures, room.scratch, room.events, reason)
 
 
-def set_middle(cnp.ndarray row, cnp.ndarray middle):
+def set_middle(cnp.ndarray row, cnp.ndarray middle, /):
     """Set the middle of the joints of the frame that a body processed last; see `put_middle`.
 
     Args:
@@ -54,7 +54,7 @@ def set_middle(cnp.ndarray row, cnp.ndarray middle):
     put_middle(<Row*>cnp.PyArray_DATA(row), <float*>cnp.PyArray_DATA(middle))
 
 
-def analyse(cnp.ndarray counting, cnp.ndarray store, double time):
+def analyse(cnp.ndarray counting, cnp.ndarray store, double time, /):
     """Analyse what is repeated, as often as is due before a time, s, or once if it is inf; return whether that changed anything.
 
     Args:
@@ -70,17 +70,17 @@ def analyse(cnp.ndarray counting, cnp.ndarray store, double time):
     )
 
 
-def pad(int64_t joints):
+def pad(int64_t joints, /):
     """Return the number of padded joints for a number of joints."""
     return (joints + PADDING - 1) // PADDING * PADDING
 
 
-def samples_bytes(int64_t joints):
+def samples_bytes(int64_t joints, /):
     """Return the bytes of a performer's samples of repetitions, with what is kept beside them."""
     return samples_size(joints)
 
 
-def analysis_bytes(int64_t joints):
+def analysis_bytes(int64_t joints, /):
     """Return the bytes in which an analysis of repetitions works, for any performer of so many joints."""
     return store_size(joints)
 

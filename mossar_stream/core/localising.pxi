@@ -5,7 +5,6 @@ set: the splitter tells on which side of a candidate the features of the frame b
 """
 
 
-
 cdef inline void localise(Joints* joints, float kept, float moved) noexcept nogil:
     """Set the positions relative to the centre; joints that do not count lie in it.
 

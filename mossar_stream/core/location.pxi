@@ -27,7 +27,9 @@ cdef void _load_left(Window* w) noexcept nogil:
     """Set the scratch's LEFT to the segment that ends at the oldest key frame."""
     cdef int64_t d
     for d in range(w.plan.slot):
-        w.scratch.summaries.at[LEFT_OF_KEY * w.scratch.summaries.columns + d] = w.summaries.at[w.order.at[0] * w.summaries.columns + d]
+        w.scratch.summaries.at[LEFT_OF_KEY * w.scratch.summaries.columns + d] = (
+            w.summaries.at[w.order.at[0] * w.summaries.columns + d]
+        )
 
 
 cdef int64_t best_candidate(Window* w, int64_t open_slot) noexcept nogil:
@@ -79,8 +81,8 @@ cdef inline int64_t best_pose(Window* w, int64_t open_slot, int64_t end_frame) n
     return place
 
 
-cdef inline (
-    int64_t, double) _search(Window* w, int64_t open_slot, int64_t unmoved, int64_t direction, int64_t limit
+cdef inline (int64_t, double) _search(
+    Window* w, int64_t open_slot, int64_t unmoved, int64_t direction, int64_t limit
 ) noexcept nogil:
     """Move the border pose by pose away from `unmoved`; return the best place, -1 for unmoved, and its cost."""
     cdef int64_t border, place, passed

@@ -9,9 +9,10 @@ the velocity is known from then on. Where that is too much for the threshold lin
     displacements are smoothed (first-order low-pass, time constant at most `SLOWEST_SMOOTHING`), and
     the range does not fall below where θ · range is `noise_margin` times the noise that is left.
 
-Where poses are low-pass filtered (level `motion`), small movements must not be silenced: there the velocity is that of the
-filtered poses while noise is loud, and the range rises to at most `MOST_RAISED` times what it is. A joint that jumps turns back, too, while others
-move, so there the noise is at most what the path was at its quietest of late (the minimum statistics of Martin 2001).
+Where poses are low-pass filtered (level `motion`), small movements must not be silenced: there the velocity is that of
+the filtered poses while noise is loud, and the range rises to at most `MOST_RAISED` times what it is. A joint that
+jumps turns back, too, while others move, so there the noise is at most what the path was at its quietest of late (the
+minimum statistics of Martin 2001).
 
 So that a stream need not begin with a false onset, its first moment counts as noise, too.
 

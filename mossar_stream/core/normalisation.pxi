@@ -15,8 +15,8 @@ cdef struct Range:
     double largest  # m, velocity so far; it outlasts a take
 
 
-cdef (
-    double, double) normalise(Range* velocity_range, Plan* plan, double noise_floor, double velocity, double dt
+cdef (double, double) normalise(
+    Range* velocity_range, Plan* plan, double noise_floor, double velocity, double dt
 ) noexcept nogil:
     """Return the velocity on the scale that θ is compared on, and what 1 is on that scale.
 

@@ -90,7 +90,8 @@ cdef int64_t label_candidate(RepetitionLabels* labels) noexcept nogil:
     """Return the label of the oldest candidate that has none."""
     cdef Labels* state
     cdef int64_t number, other, best
-    cdef Note* note, *candidate
+    cdef Note* note
+    cdef Note* candidate
     cdef double period, least, off, cost
     state = labels.state
     number = state.labelled

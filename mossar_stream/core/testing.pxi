@@ -16,30 +16,30 @@ cdef inline double* doubles_at(cnp.ndarray array):
     return <double*>cnp.PyArray_DATA(array)
 
 
-def simd_page_sum(cnp.ndarray page, int64_t line):
+def simd_page_sum(cnp.ndarray page, int64_t line, /):
     return page_sum(floats_at(page), line)
 
 
-def simd_page_product(cnp.ndarray page, int64_t one, int64_t other):
+def simd_page_product(cnp.ndarray page, int64_t one, int64_t other, /):
     return page_product(floats_at(page), one, other)
 
 
-def simd_page_within(cnp.ndarray page, int64_t line, double limit):
+def simd_page_within(cnp.ndarray page, int64_t line, double limit, /):
     return bool(page_within(floats_at(page), line, <float>limit))
 
 
-def simd_line_product(cnp.ndarray one, cnp.ndarray other):
+def simd_line_product(cnp.ndarray one, cnp.ndarray other, /):
     return line_product(floats_at(one), floats_at(other), len(one))
 
 
-def simd_line_products(cnp.ndarray goal, cnp.ndarray lines, cnp.ndarray others, int64_t count):
+def simd_line_products(cnp.ndarray goal, cnp.ndarray lines, cnp.ndarray others, int64_t count, /):
     line_products(
         floats_at(goal), cnp.PyArray_DIM(goal, 1), floats_at(lines), floats_at(others),
         len(others), cnp.PyArray_DIM(others, 1), count,
     )
 
 
-def simd_weighted_sums(cnp.ndarray goal, cnp.ndarray weights, cnp.ndarray lines, int64_t count):
+def simd_weighted_sums(cnp.ndarray goal, cnp.ndarray weights, cnp.ndarray lines, int64_t count, /):
     weighted_sums(
         floats_at(goal), floats_at(weights), cnp.PyArray_DIM(weights, 1), floats_at(lines),
         len(lines), cnp.PyArray_DIM(lines, 1), count,
@@ -47,7 +47,7 @@ def simd_weighted_sums(cnp.ndarray goal, cnp.ndarray weights, cnp.ndarray lines,
 
 
 def simd_variance_product(
-    cnp.ndarray sums, cnp.ndarray squares, int64_t begin, int64_t end, double scale, double floor
+    cnp.ndarray sums, cnp.ndarray squares, int64_t begin, int64_t end, double scale, double floor, /
 ):
     """Return mantissa and exponent."""
     cdef int64_t exponent = 0
@@ -58,21 +58,21 @@ def simd_variance_product(
 
 def simd_spread_product(
     cnp.ndarray sums, cnp.ndarray squares, int64_t begin, int64_t end, int64_t lines, int64_t stride,
-    double scale, double floor
+    double scale, double floor, /
 ):
     return spread_product(doubles_at(sums), doubles_at(squares), begin, end, lines, stride, scale, floor)
 
 
-def simd_lowest_bit(int64_t mask):
+def simd_lowest_bit(int64_t mask, /):
     return lowest_bit(mask)
 
 
-def simd_quantise(cnp.ndarray values, cnp.ndarray target, double scale):
+def simd_quantise(cnp.ndarray values, cnp.ndarray target, double scale, /):
     quantise(floats_at(values), <int16_t*>cnp.PyArray_DATA(target), len(values), <float>scale)
 
 
 def label_candidates(
-    cnp.ndarray labels, cnp.ndarray notes, cnp.ndarray periods, cnp.ndarray times, cnp.ndarray found
+    cnp.ndarray labels, cnp.ndarray notes, cnp.ndarray periods, cnp.ndarray times, cnp.ndarray found, /
 ):
     """Note candidates at these times, s, slow and in the pose of rest, and set `found` to the label of each.
 
@@ -95,13 +95,13 @@ def label_candidates(
         (<int64_t*>cnp.PyArray_DATA(found))[i] = label_candidate(&own)
 
 
-def swing_range_of(cnp.ndarray scores, cnp.ndarray counts):
+def swing_range_of(cnp.ndarray scores, cnp.ndarray counts, /):
     """Return the range of a component, (n,) float32; counts are (BINS,) int32, set."""
     cdef Floats own = floats(floats_at(scores), len(scores))
     return swing_range(own, own.count, ints32(<int32_t*>cnp.PyArray_DATA(counts), len(counts)))
 
 
-def advance_row(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray positions, cnp.ndarray times):
+def advance_row(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray positions, cnp.ndarray times, /):
     """Process frames of a performer until something happens; return what, and how many were processed.
 
     Args:
@@ -118,7 +118,7 @@ def advance_row(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray positions, cnp
     return stop, used
 
 
-def split_frames(cnp.ndarray row, cnp.ndarray positions, cnp.ndarray times, int64_t until):
+def split_frames(cnp.ndarray row, cnp.ndarray positions, cnp.ndarray times, int64_t until, /):
     """Run the beginning of `advance` alone: joints, velocity, range, envelope, Algorithms 1 and 2.
 
     Args:
@@ -174,7 +174,7 @@ cdef inline int64_t _split_frame(
     return 1 if happened else 0
 
 
-def follow_speeds_alone(cnp.ndarray row, cnp.ndarray bouts, cnp.ndarray speeds, cnp.ndarray times):
+def follow_speeds_alone(cnp.ndarray row, cnp.ndarray bouts, cnp.ndarray speeds, cnp.ndarray times, /):
     """Let the activity follow speeds, and return how often it changed.
 
     Args:

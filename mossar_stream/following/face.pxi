@@ -21,7 +21,7 @@ def address_of_follow_frame():
     return <size_t><void*>&follow_frame
 
 
-def follow_bank_bytes(int64_t points, int64_t bones, cnp.ndarray phases):
+def follow_bank_bytes(int64_t points, int64_t bones, cnp.ndarray phases, /):
     """Return the bytes of a bank, by the (n,) int64 phases of each example."""
     cdef FollowHead head
     cdef int64_t* counts = <int64_t*>cnp.PyArray_DATA(phases)
@@ -34,14 +34,14 @@ def follow_bank_bytes(int64_t points, int64_t bones, cnp.ndarray phases):
     return <uint8_t*>(lay_out_follow_bank(NOWHERE, &head).floats + numbers) - NOWHERE
 
 
-def place_follow_examples(cnp.ndarray store):
+def place_follow_examples(cnp.ndarray store, /):
     """Note where things of examples lie; the head's counts and the `phases` of examples are there already."""
     cdef FollowBank bank
     bank = open_follow_bank(<uint8_t*>cnp.PyArray_DATA(store))
     place_examples(&bank)
 
 
-def follow_bank_parts(cnp.ndarray store):
+def follow_bank_parts(cnp.ndarray store, /):
     """Return the parts of a bank; what lies behind the examples, once they are placed."""
     cdef FollowBank bank
     cdef FollowHead* head
@@ -59,7 +59,7 @@ def follow_bank_parts(cnp.ndarray store):
     }
 
 
-def follow_example_parts(cnp.ndarray store, int64_t t):
+def follow_example_parts(cnp.ndarray store, int64_t t, /):
     """Return where the directions of an example and their means lie in a bank."""
     cdef FollowBank bank
     cdef FollowedExample* example
@@ -76,14 +76,14 @@ def follow_example_parts(cnp.ndarray store, int64_t t):
     }
 
 
-def follow_memory_bytes(cnp.ndarray store):
+def follow_memory_bytes(cnp.ndarray store, /):
     """Return the bytes that following takes for one performer."""
     cdef FollowBank bank
     bank = open_follow_bank(<uint8_t*>cnp.PyArray_DATA(store))
     return follow_memory_size(&bank)
 
 
-def follow_memory_parts(cnp.ndarray store):
+def follow_memory_parts(cnp.ndarray store, /):
     """Return the parts of a performer's memory, but for cells."""
     cdef FollowHead* head
     cdef FollowMemory known
@@ -99,7 +99,7 @@ def follow_memory_parts(cnp.ndarray store):
     }
 
 
-def follow_cell_parts(cnp.ndarray store, int64_t t):
+def follow_cell_parts(cnp.ndarray store, int64_t t, /):
     """Return where the cells of an example lie in a performer's memory."""
     cdef FollowBank bank
     cdef Cells cells
@@ -111,19 +111,19 @@ def follow_cell_parts(cnp.ndarray store, int64_t t):
     }
 
 
-def begin_following(cnp.ndarray memory, cnp.ndarray store):
+def begin_following(cnp.ndarray memory, cnp.ndarray store, /):
     """Set the memory of a performer to what it is before the first frame of a take, but for `every`."""
     cdef FollowBank bank
     bank = open_follow_bank(<uint8_t*>cnp.PyArray_DATA(store))
     begin_follow_memory(<uint8_t*>cnp.PyArray_DATA(memory), &bank)
 
 
-def finish_take(cnp.ndarray memory, cnp.ndarray store):
+def finish_take(cnp.ndarray memory, cnp.ndarray store, /):
     """Decide everything at the end of a take; see `happened` of the moves."""
     finish_following(<uint8_t*>cnp.PyArray_DATA(memory), <uint8_t*>cnp.PyArray_DATA(store))
 
 
-def evaluate(cnp.ndarray memory, cnp.ndarray store, int64_t m):
+def evaluate(cnp.ndarray memory, cnp.ndarray store, int64_t m, /):
     """Write what is to be reported of a move that is being made."""
     evaluate_move(<uint8_t*>cnp.PyArray_DATA(memory), <uint8_t*>cnp.PyArray_DATA(store), m)
 

@@ -23,7 +23,7 @@ def address_of_recognise():
     return <size_t><void*>&recognise
 
 
-def move_numbers(int64_t joints):
+def move_numbers(int64_t joints, /):
     """Return how many numbers a pose of so many joints takes: three for each, padded."""
     return padded_to_factors(3 * joints)
 
@@ -36,21 +36,21 @@ cdef MoveStore _move_head(int64_t joints, int64_t examples, int64_t moves):
     return head
 
 
-def move_store_bytes(int64_t joints, int64_t examples, int64_t moves):
+def move_store_bytes(int64_t joints, int64_t examples, int64_t moves, /):
     """Return the bytes that examples of so many moves take, described for so many joints."""
     cdef MoveStore head
     head = _move_head(joints, examples, moves)
     return lay_out_move_store(NOWHERE, &head).end - NOWHERE
 
 
-def move_memory_bytes(int64_t joints, int64_t moves):
+def move_memory_bytes(int64_t joints, int64_t moves, /):
     """Return the bytes that recognising takes for one performer, by the joints and moves of the examples."""
     cdef MoveStore head
     head = _move_head(joints, 0, moves)
     return open_move_memory(NOWHERE, &head).end - NOWHERE
 
 
-def move_store_parts(cnp.ndarray store):
+def move_store_parts(cnp.ndarray store, /):
     """Return the parts of a store whose head is written."""
     cdef MoveBank bank
     cdef uint8_t* begin
@@ -65,7 +65,7 @@ def move_store_parts(cnp.ndarray store):
     }
 
 
-def move_memory_parts(int64_t joints, int64_t moves):
+def move_memory_parts(int64_t joints, int64_t moves, /):
     """Return the parts of a performer's memory."""
     cdef MoveStore head
     cdef MoveMemory known
@@ -78,7 +78,7 @@ def move_memory_parts(int64_t joints, int64_t moves):
     }
 
 
-def write_example(cnp.ndarray store, int64_t t, int64_t move, cnp.ndarray poses, cnp.ndarray path):
+def write_example(cnp.ndarray store, int64_t t, int64_t move, cnp.ndarray poses, cnp.ndarray path, /):
     """Describe the whole of an example, number t; see `write_move_example`.
 
     Args:
@@ -95,7 +95,7 @@ def write_example(cnp.ndarray store, int64_t t, int64_t move, cnp.ndarray poses,
 
 
 def compare_with_all(
-    cnp.ndarray store, cnp.ndarray poses, cnp.ndarray path, cnp.ndarray costs, cnp.ndarray postures
+    cnp.ndarray store, cnp.ndarray poses, cnp.ndarray path, cnp.ndarray costs, cnp.ndarray postures, /
 ):
     """Compare an example with each of those in a store; see `compare_move_with_all`.
 
@@ -113,7 +113,7 @@ def compare_with_all(
     )
 
 
-def mean_heading(cnp.ndarray positions, cnp.ndarray girdles):
+def mean_heading(cnp.ndarray positions, cnp.ndarray girdles, /):
     """Return the cosine and the sine of a movement's mean heading; no turn where there are no hips.
 
     Args:

@@ -16,7 +16,7 @@ def address_of_match_frame():
     return <size_t><void*>&match_frame
 
 
-def pose_bank_bytes(int64_t points, int64_t bones, int64_t poses):
+def pose_bank_bytes(int64_t points, int64_t bones, int64_t poses, /):
     """Return the bytes of a bank."""
     cdef PosesHead head
     memset(&head, 0, sizeof(PosesHead))
@@ -24,7 +24,7 @@ def pose_bank_bytes(int64_t points, int64_t bones, int64_t poses):
     return lay_out_pose_bank(NOWHERE, &head).end - NOWHERE
 
 
-def pose_bank_parts(cnp.ndarray store):
+def pose_bank_parts(cnp.ndarray store, /):
     """Return the parts of a bank whose head is written."""
     cdef PoseBank bank
     cdef PosesHead* head
@@ -41,12 +41,12 @@ def pose_bank_parts(cnp.ndarray store):
     }
 
 
-def pose_memory_bytes(cnp.ndarray store):
+def pose_memory_bytes(cnp.ndarray store, /):
     """Return the bytes that a performer takes."""
     return open_pose_memory(NOWHERE, <PosesHead*>cnp.PyArray_DATA(store)).end - NOWHERE
 
 
-def pose_memory_parts(cnp.ndarray store):
+def pose_memory_parts(cnp.ndarray store, /):
     """Return the parts of a performer's memory."""
     cdef PosesHead* head
     cdef PoseMemory known

@@ -145,12 +145,20 @@ cdef bint _pair(Floats scores, Int32Rows cycles, int64_t i) noexcept nogil:
         return False
     if min(one, other) < SHORTEST_CYCLE:
         return False
-    a = abs(scores.at[cycles.at[cycles.columns + i]] - 0.5 * (scores.at[cycles.at[i]] + scores.at[cycles.at[2 * cycles.columns + i]]))
-    b = abs(scores.at[cycles.at[cycles.columns + (i + 1)]] - 0.5 * (scores.at[cycles.at[i + 1]] + scores.at[cycles.at[2 * cycles.columns + (i + 1)]]))
+    a = abs(
+        scores.at[cycles.at[cycles.columns + i]]
+        - 0.5 * (scores.at[cycles.at[i]] + scores.at[cycles.at[2 * cycles.columns + i]])
+    )
+    b = abs(
+        scores.at[cycles.at[cycles.columns + (i + 1)]]
+        - 0.5 * (scores.at[cycles.at[i + 1]] + scores.at[cycles.at[2 * cycles.columns + (i + 1)]])
+    )
     return min(a, b) >= LEAST_AMPLITUDE_RATIO * max(a, b)
 
 
-cdef void describe_all(Samples* samples, int64_t component, Int32Rows cycles, int64_t count, CountingScratch* described) noexcept nogil:
+cdef void describe_all(
+    Samples* samples, int64_t component, Int32Rows cycles, int64_t count, CountingScratch* described
+) noexcept nogil:
     """Describe cycles.
 
     Args:
@@ -290,7 +298,9 @@ cdef double recurring(FloatRows scores, Int32Rows cycles, int64_t count) noexcep
     return product / sqrt(one * other)
 
 
-cdef (double, int64_t) goes_on(Counting* header, int64_t n, FloatRows smooth, int32_t* cycle, int64_t step, int64_t last) noexcept nogil:
+cdef (double, int64_t) goes_on(
+    Counting* header, int64_t n, FloatRows smooth, int32_t* cycle, int64_t step, int64_t last
+) noexcept nogil:
     """Return how much of a cycle is shown beyond its end (step 1), or before its begin (-1), and up to which sample.
 
     Args:
@@ -308,10 +318,14 @@ cdef (double, int64_t) goes_on(Counting* header, int64_t n, FloatRows smooth, in
     start, far, end = cycle[0], cycle[1], cycle[2]
     here, there, goal = (end, start, end) if step == 1 else (start, end, start)
     begun = there
-    most, lasted = SAME_POSTURE * distance(smooth, start, far), header.at[ring_place(header, n, end)] - header.left[ring_place(header, n, start)]
+    most = SAME_POSTURE * distance(smooth, start, far)
+    lasted = header.at[ring_place(header, n, end)] - header.left[ring_place(header, n, start)]
     while here != last and there != goal:
         one, other = (here, here + 1) if step == 1 else (here - 1, here)
-        if header.at[ring_place(header, n, other)] - header.left[ring_place(header, n, one)] > LONGEST_STOP * lasted + STAMP_ROUNDING:
+        if (
+            header.at[ring_place(header, n, other)] - header.left[ring_place(header, n, one)]
+            > LONGEST_STOP * lasted + STAMP_ROUNDING
+        ):
             break
         best, least = there, INFINITY
         for q in range(3):
@@ -337,7 +351,9 @@ cdef float distance(FloatRows smooth, int64_t i, int64_t j) noexcept nogil:
     return sqrtf(total)
 
 
-cdef (double, double) dwelling_of(Counting* header, int64_t n, Floats scores, int32_t start, int32_t far, int32_t end) noexcept nogil:
+cdef (double, double) dwelling_of(
+    Counting* header, int64_t n, Floats scores, int32_t start, int32_t far, int32_t end
+) noexcept nogil:
     """Return how long a cycle is in the quarter where it begins, and in that of its other extreme, s."""
     cdef float sign, near, away, begin, top
     cdef int32_t q

@@ -44,7 +44,10 @@ cdef double straightening(Counting* header, Samples* samples, Int32Rows cycles, 
     cdef int64_t i
     total = 0.0
     for i in range(count):
-        total += _anchoring_straightness(header, samples, cycles.at[i]) - _anchoring_straightness(header, samples, cycles.at[cycles.columns + i])
+        total += (
+            _anchoring_straightness(header, samples, cycles.at[i])
+            - _anchoring_straightness(header, samples, cycles.at[cycles.columns + i])
+        )
     return tanh(total / count / STRAIGHTER)
 
 

@@ -120,7 +120,10 @@ cdef bint _begin_axes(Samples* samples, int64_t n) noexcept nogil:
             begun = k
             i = (k + 1) * (n - 1) // COMPONENTS
             for j in range(samples.pose.count):
-                samples.axes.at[k * samples.axes.columns + j] = samples.by_coordinate.at[j * samples.by_coordinate.columns + i] - samples.by_coordinate.at[j * samples.by_coordinate.columns]
+                samples.axes.at[k * samples.axes.columns + j] = (
+                    samples.by_coordinate.at[j * samples.by_coordinate.columns + i]
+                    - samples.by_coordinate.at[j * samples.by_coordinate.columns]
+                )
     if begun >= 0:
         _orthonormalise(samples.axes)
     return begun == 0

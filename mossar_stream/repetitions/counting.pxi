@@ -125,7 +125,9 @@ cdef void _choose_proposal(Counting* header, Samples* samples, int64_t n, Counti
         smooth_scores(samples, n, winner.width)
 
 
-cdef void _propose(Counting* header, Samples* samples, (int64_t, int64_t, int64_t, double) what, CountingScratch* scratch) noexcept nogil:
+cdef void _propose(
+    Counting* header, Samples* samples, (int64_t, int64_t, int64_t, double) what, CountingScratch* scratch
+) noexcept nogil:
     """Let cycles of one component win if they cover more: with the hysteresis for the window, and for its last part.
 
     Args:
@@ -153,7 +155,9 @@ cdef void _propose(Counting* header, Samples* samples, (int64_t, int64_t, int64_
         _propose_turns(header, samples, what, scratch, <float>HYSTERESIS * swing)
 
 
-cdef void _propose_turns(Counting* header, Samples* samples, (int64_t, int64_t, int64_t, double) what, CountingScratch* scratch, float least) noexcept nogil:
+cdef void _propose_turns(
+    Counting* header, Samples* samples, (int64_t, int64_t, int64_t, double) what, CountingScratch* scratch, float least
+) noexcept nogil:
     """Let cycles between turning points, begun at maxima and at minima, win if they cover more.
 
     Args:
@@ -205,7 +209,10 @@ cdef void _propose_turns(Counting* header, Samples* samples, (int64_t, int64_t, 
 
 
 cdef double _preference(Counting* header, Samples* samples, int64_t n, Int32Rows cycles, int64_t count) noexcept nogil:
-    """Return the weight of a proposal: it recurs, begins where cycles began before, where limbs are straight and upright, and at home."""
+    """Return the weight of a proposal.
+
+    It recurs, begins where cycles began before, where limbs are straight and upright, and at home.
+    """
     cdef double weight
     weight = 1.0 + BONUS * _agreeing(header, n, cycles, count)
     weight *= 1.0 + RECURRING * recurring(samples.scores, cycles, count)
@@ -297,7 +304,9 @@ cdef bint _renew(Counting* header, Samples* samples, int64_t n, CountingScratch*
     return header.changed >= 0
 
 
-cdef int64_t _counting_go_on(Counting* header, Samples* samples, (int64_t, int64_t, int64_t, int64_t) what, int32_t* cycle, int64_t before) noexcept nogil:
+cdef int64_t _counting_go_on(
+    Counting* header, Samples* samples, (int64_t, int64_t, int64_t, int64_t) what, int32_t* cycle, int64_t before
+) noexcept nogil:
     """Append one repetition more if what was shown before the first cycle and after the last make up one.
 
     Cycles begin at an extreme, movements need not.
@@ -345,10 +354,13 @@ cdef int64_t _missed(Floats scores, Int32Rows cycles, int64_t place, int64_t beg
     return <int64_t>(<double>gap / period + 0.5)
 
 
-cdef int64_t _counting_write(Counting* header, Samples* samples, int64_t component, int32_t* cycle, int64_t oldest, int64_t before) noexcept nogil:
+cdef int64_t _counting_write(
+    Counting* header, Samples* samples, int64_t component, int32_t* cycle, int64_t oldest, int64_t before
+) noexcept nogil:
     """Append a counted cycle, with its number in the bout; return how many cycles there were before the analysis."""
     cdef int64_t place, q, start, far, end, limit
-    cdef Cycle* row, *last
+    cdef Cycle* row
+    cdef Cycle* last
     cdef bint same
     if header.cycles == CYCLES:
         for q in range(CYCLES - 1):
@@ -378,7 +390,9 @@ cdef int64_t _counting_write(Counting* header, Samples* samples, int64_t compone
     return before
 
 
-cdef void _counting_measure(Counting* header, Samples* samples, int64_t component, int32_t* cycle, int64_t n, Cycle* row) noexcept nogil:
+cdef void _counting_measure(
+    Counting* header, Samples* samples, int64_t component, int32_t* cycle, int64_t n, Cycle* row
+) noexcept nogil:
     """Set times, amplitude and the leading joint of a cycle.
 
     One that was missed may lie before the window: then the oldest sample stands for each that the window does not hold.
@@ -407,7 +421,10 @@ cdef int64_t _leading_joint(Counting* header, Floats axis) noexcept nogil:
     cdef float most, square
     most, leading = <float>(-1.0), 0
     for j in range(header.joints):
-        square = axis.at[3 * j] * axis.at[3 * j] + axis.at[3 * j + 1] * axis.at[3 * j + 1] + axis.at[3 * j + 2] * axis.at[3 * j + 2]
+        square = (
+            axis.at[3 * j] * axis.at[3 * j] + axis.at[3 * j + 1] * axis.at[3 * j + 1]
+            + axis.at[3 * j + 2] * axis.at[3 * j + 2]
+        )
         if square > most:
             most, leading = square, j
     return leading

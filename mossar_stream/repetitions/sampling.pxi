@@ -13,7 +13,8 @@ cdef double STAYS = 0.1  # of the square of a step, within which a pose is still
 cdef double MEDIAN = 0.45  # variance of the median of three, of theirs
 cdef double STEP_ABOVE_NOISE = 3.0  # times the square by which noise alone makes two samples differ
 cdef double FOLLOWS = 0.2  # of what three poses say of the noise
-cdef double TURNS_BACK = 1.5  # times the square of the way, by which the square of the bend is larger in noise (3) and not in motion
+# Times the square of the way, by which the square of the bend is larger in noise (3) and not in motion.
+cdef double TURNS_BACK = 1.5
 cdef double RETURNED = 0.25  # of the square of how far it went, within which a pose has come back
 cdef enum:
     RETURNS = 3  # after which the step is made smaller,
@@ -66,7 +67,9 @@ cdef void take_pose(Counting* header, Samples* samples, float* positions, double
         _appear(header, samples, positions)
     for j in range(header.joints):
         k = 3 * j
-        a, b, c = _sampling_place(positions[3 * j]) - x, _sampling_place(positions[3 * j + 1]) - y, _sampling_place(positions[3 * j + 2]) - z
+        a = _sampling_place(positions[3 * j]) - x
+        b = _sampling_place(positions[3 * j + 1]) - y
+        c = _sampling_place(positions[3 * j + 2]) - z
         pose.at[k] = pose.at[k] if isnan(a) else a
         pose.at[k + 1] = pose.at[k + 1] if isnan(b) else b
         pose.at[k + 2] = pose.at[k + 2] if isnan(c) else c

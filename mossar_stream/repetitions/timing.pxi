@@ -64,7 +64,8 @@ cdef double _passed(Counting* header, int64_t place) noexcept nogil:
 
     The first cycle of a bout may come out of another posture, and the last one may not be back yet.
     """
-    cdef Cycle* one, *other
+    cdef Cycle* one
+    cdef Cycle* other
     one = &header.cycle[place]
     other = &header.cycle[place + 1]
     if one.count == 1 and other.returning == 1:
@@ -78,7 +79,8 @@ cdef double _passed(Counting* header, int64_t place) noexcept nogil:
 
 cdef double _begin_of(Counting* header, int64_t place) noexcept nogil:
     """Return where a repetition begins; in a bout between passing half way back and half way out again."""
-    cdef Cycle* row, *before
+    cdef Cycle* row
+    cdef Cycle* before
     cdef double begin, earliest
     row = &header.cycle[place]
     if place > 0 and row.count > 1 and header.cycle[place - 1].turned == row.turned:
@@ -91,7 +93,8 @@ cdef double _begin_of(Counting* header, int64_t place) noexcept nogil:
 
 cdef double _end_of(Counting* header, int64_t place) noexcept nogil:
     """Return where a repetition ends."""
-    cdef Cycle* row, *after
+    cdef Cycle* row
+    cdef Cycle* after
     row = &header.cycle[place]
     if place + 1 < header.cycles and not row.turned:
         after = &header.cycle[place + 1]

@@ -53,7 +53,7 @@ cdef inline Doubles doubles_of(cnp.ndarray line):
 
 def summarise_pieces(
     cnp.ndarray params, cnp.ndarray poses, cnp.ndarray times, cnp.ndarray starts, cnp.ndarray summaries,
-    int64_t joints,
+    int64_t joints, /
 ):
     """Summarise the pieces of a recording; see `fill_pieces`.
 
@@ -74,7 +74,7 @@ def summarise_pieces(
     )
 
 
-def summarise_later(cnp.ndarray params, cnp.ndarray summaries, int64_t size, cnp.ndarray later):
+def summarise_later(cnp.ndarray params, cnp.ndarray summaries, int64_t size, cnp.ndarray later, /):
     """Summarise so many pieces from each piece on; see `gather_pieces`.
 
     Args:
@@ -87,7 +87,7 @@ def summarise_later(cnp.ndarray params, cnp.ndarray summaries, int64_t size, cnp
 
 
 def compare(
-    cnp.ndarray params, cnp.ndarray summaries, cnp.ndarray later, bounds, cnp.ndarray scratch, cnp.ndarray found
+    cnp.ndarray params, cnp.ndarray summaries, cnp.ndarray later, bounds, cnp.ndarray scratch, cnp.ndarray found, /
 ):
     """Set the strengths at pieces; see `compare_pieces`.
 

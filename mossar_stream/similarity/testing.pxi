@@ -13,46 +13,46 @@ cdef inline Floats floats_of(cnp.ndarray line):
 
 
 def similarity_add_frame(
-    params, summary, body, pose, int64_t joints, double time, double weight, int64_t moving, double speed
+    params, summary, body, pose, int64_t joints, double time, double weight, int64_t moving, double speed, /
 ):
     cdef SummaryFrame frame
     frame = SummaryFrame(floats_of(body), float_rows_of(pose), joints, time, weight, moving, speed)
     add_frame(measure_of(params), doubles_of(summary), &frame)
 
 
-def similarity_flush_sums(params, summary, body, int64_t padded_joints):
+def similarity_flush_sums(params, summary, body, int64_t padded_joints, /):
     flush_sums(measure_of(params), doubles_of(summary), floats_of(body), padded_joints)
 
 
-def similarity_add_pose(params, summary, pose, int64_t joints, double time, double weight):
+def similarity_add_pose(params, summary, pose, int64_t joints, double time, double weight, /):
     add_pose(measure_of(params), doubles_of(summary), float_rows_of(pose), joints, time, weight)
 
 
-def similarity_add_joint(params, summary, pose, int64_t joints, int64_t j):
+def similarity_add_joint(params, summary, pose, int64_t joints, int64_t j, /):
     add_joint(measure_of(params), doubles_of(summary), float_rows_of(pose), joints, j)
 
 
-def similarity_merge_into(params, target, other):
+def similarity_merge_into(params, target, other, /):
     merge_into(measure_of(params), doubles_of(target), doubles_of(other))
 
 
-def similarity_close(params, summary):
+def similarity_close(params, summary, /):
     close(measure_of(params), doubles_of(summary))
 
 
-def similarity_strength(params, left, right, both):
+def similarity_strength(params, left, right, both, /):
     return strength(measure_of(params), doubles_of(left), doubles_of(right), doubles_of(both))
 
 
-def similarity_merge_cost(params, left, right, both):
+def similarity_merge_cost(params, left, right, both, /):
     return merge_cost(measure_of(params), doubles_of(left), doubles_of(right), doubles_of(both))
 
 
-def similarity_similarity(params, double cost, left, right):
+def similarity_similarity(params, double cost, left, right, /):
     return similarity(measure_of(params), cost, doubles_of(left), doubles_of(right))
 
 
-def similarity_write_features(params, summary, features):
+def similarity_write_features(params, summary, features, /):
     """Write `Features`, given as a sequence in the order of the struct."""
     cdef Features own
     own.speed, own.rest_distance, own.extent, own.usual_speed, own.tempo, own.noise, own.joints = features
@@ -72,19 +72,19 @@ cdef Block block_of(near, cnp.ndarray link, inner, ends):
     return block
 
 
-def blocks_sum(near, link, inner, ends):
+def blocks_sum(near, link, inner, ends, /):
     cdef Block block = block_of(near, link, inner, ends)
     cdef BlockSum found = block_sum(&block)
     return found.total, found.down
 
 
-def blocks_depth_first_sum(near, link, inner, ends):
+def blocks_depth_first_sum(near, link, inner, ends, /):
     cdef Block block = block_of(near, link, inner, ends)
     cdef BlockSum found = depth_first_sum(&block)
     return found.total, found.down
 
 
-def blocks_subset_sum(near, link, inner, ends):
+def blocks_subset_sum(near, link, inner, ends, /):
     """Sum a block by subsets.
 
     Raises:
@@ -104,14 +104,14 @@ def blocks_subset_sum(near, link, inner, ends):
     return found.total, found.down
 
 
-def blocks_groups_of_twins(near, link, inner, ends):
+def blocks_groups_of_twins(near, link, inner, ends, /):
     cdef Block block = block_of(near, link, inner, ends)
     cdef Twins twins
     find_twins(&block, &twins)
     return twins.count
 
 
-def blocks_frontier_sum(near, link, inner, ends, cnp.ndarray order):
+def blocks_frontier_sum(near, link, inner, ends, cnp.ndarray order, /):
     cdef Block block = block_of(near, link, inner, ends)
     cdef BlockSum found
     if not frontier_sum(&block, <int64_t*>cnp.PyArray_DATA(order), &found):
@@ -119,7 +119,7 @@ def blocks_frontier_sum(near, link, inner, ends, cnp.ndarray order):
     return found.total, found.down
 
 
-def blocks_elimination_order(near, cnp.ndarray order):
+def blocks_elimination_order(near, cnp.ndarray order, /):
     """Set the order of settling; return its cost and the width of its frontier."""
     cdef Block block
     cdef int64_t v
@@ -131,7 +131,7 @@ def blocks_elimination_order(near, cnp.ndarray order):
 
 def similarity_remerge(
     cnp.ndarray params, cnp.ndarray segments, cnp.ndarray bounds, cnp.ndarray costs, cnp.ndarray strengths,
-    cnp.ndarray removed,
+    cnp.ndarray removed, /
 ):
     """Run Algorithm 3 on K key frames with an empty memo and no cycle anywhere.
 

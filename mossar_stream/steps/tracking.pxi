@@ -19,7 +19,8 @@ cdef double FASTEST = 20.0  # m/s; a point that seems faster is not seen
 # seventh when it comes down; of a foot that starts and stops as smoothly as can be, both are 0. These lie between.
 cdef double LEAVES = 0.16
 cdef double LANDS = 0.11
-cdef double LEAST_WAY = 0.06  # m that a foot goes in a step; of feet without toes and heels more, because ankles rise with the heel
+# m that a foot goes in a step; of feet without toes and heels more, because ankles rise with the heel.
+cdef double LEAST_WAY = 0.06
 cdef double LEAST_WAY_OF_ANKLES = 0.08  # m
 cdef double LEAST_PEAK = 0.35  # m/s, the greatest speed of a step
 cdef double MAY_LEAVE = 0.25  # m/s, from which a foot may be about to leave
@@ -181,7 +182,11 @@ cdef bint _sample(Foot* foot, float* positions, double time) noexcept nogil:
     foot.times[here] = time
     foot.count = number + 1
     before = number - 1
-    while before > foot.first and time - foot.times[before % FOOT_RING] < BASE - FOOT_ROUNDING and number - before < FOOT_RING - 1:
+    while (
+        before > foot.first
+        and time - foot.times[before % FOOT_RING] < BASE - FOOT_ROUNDING
+        and number - before < FOOT_RING - 1
+    ):
         before -= 1
     if before < foot.first or time - foot.times[before % FOOT_RING] < 0.5 * BASE - FOOT_ROUNDING:
         foot.middles[here] = time
@@ -326,7 +331,8 @@ cdef bint _hangs(Steps* own, int64_t f) noexcept nogil:
     """Return whether a foot that rests is too high above the other foot, or above where it stood, to be on the ground."""
     cdef double length, above_other, above_base, squares
     cdef int64_t d
-    cdef Foot* foot, *other
+    cdef Foot* foot
+    cdef Foot* other
     foot = &own.feet[f]
     other = &own.feet[1 - f]
     length = sqrt(own.up[0] * own.up[0] + own.up[1] * own.up[1] + own.up[2] * own.up[2])
