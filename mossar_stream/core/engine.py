@@ -20,6 +20,7 @@ from mossar_stream.core.kernels import (
     DONE,
     END,
     LEVEL,
+    NOT_PLAIN,
     PHASE,
     RANK,
     READ,
@@ -29,6 +30,7 @@ from mossar_stream.core.kernels import (
     WINDOW_FULL,
     analyse,
     run,
+    run_one,
     update_window,
 )
 from mossar_stream.core.pool import Row
@@ -69,6 +71,35 @@ def process(desk: Desk, positions: NDArray[np.float32], times: NDArray[np.float6
         buffers.is_busy = False
         raise
     return ended
+
+
+def process_one(desk: Desk, positions: object, time: object, buffer: NDArray[np.float32]) -> bool:
+    """Process one frame of one performer, if it is plain and in its take; see `run_one`.
+
+    Args:
+        desk: Of the performer.
+        positions: As given, m.
+        time: As given, s.
+        buffer: (1, J, 3), to work with.
+
+    Returns:
+        Whether it was processed; if not, it is to be checked and processed as all frames are.
+    """
+    buffers = desk.buffers
+    if buffers.is_busy:
+        raise RuntimeError(IN_USE)
+    try:
+        buffers.is_busy = True
+        stop = run_one(desk.memory, buffers.tools, desk.params, positions, time, buffer)
+        done = stop == DONE
+        if not done and stop != NOT_PLAIN:
+            np.copyto(buffer[0], np.asarray(positions), casting="same_kind")
+            done = not _go_on(desk, stop, buffer, np.array([time], np.float64))
+        buffers.is_busy = False
+    except BaseException:
+        buffers.is_busy = False
+        raise
+    return done
 
 
 def _go_on(

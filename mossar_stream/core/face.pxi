@@ -29,6 +29,58 @@ def run(cnp.ndarray desk, cnp.ndarray tools, cnp.ndarray measures, cnp.ndarray p
     return stop
 
 
+cdef enum:
+    NOT_PLAIN = -1  # a frame that must be looked at before it is processed
+
+
+def run_one(
+    cnp.ndarray desk, cnp.ndarray tools, cnp.ndarray measures, object positions, object time, cnp.ndarray buffer, /
+):
+    """Process one frame of one performer, if it is plain: an array of (J, 3) float32 or float64, contiguous, and a float.
+
+    The lock of the interpreter is kept: releasing it takes as long as a frame.
+
+    Args:
+        desk: As for `run`.
+        tools: Likewise.
+        measures: Likewise.
+        positions: Whatever was given, m.
+        time: Whatever was given, s.
+        buffer: (1, J, 3) float32, for positions in double precision.
+
+    Returns:
+        NOT_PLAIN, with nothing processed, or what `run` returns.
+    """
+    cdef LoopHead* head = <LoopHead*>cnp.PyArray_DATA(desk)
+    cdef Room room = _room_of(<uint8_t*>cnp.PyArray_DATA(tools), <Measure*>cnp.PyArray_DATA(measures))
+    cdef int64_t joints = cnp.PyArray_DIM(buffer, 1)
+    cdef cnp.ndarray given
+    cdef Frames frames
+    cdef double moment
+    cdef int64_t i
+    if not (cnp.PyArray_CheckExact(positions) and isinstance(time, float)):
+        return NOT_PLAIN
+    given = positions
+    if (
+        cnp.PyArray_NDIM(given) != 2
+        or cnp.PyArray_DIM(given, 0) != joints
+        or cnp.PyArray_DIM(given, 1) != 3
+        or not cnp.PyArray_ISCARRAY_RO(given)
+    ):
+        return NOT_PLAIN
+    if cnp.PyArray_TYPE(given) == cnp.NPY_FLOAT32:
+        frames.positions = <float*>cnp.PyArray_DATA(given)
+    elif cnp.PyArray_TYPE(given) == cnp.NPY_FLOAT64:
+        frames.positions = <float*>cnp.PyArray_DATA(buffer)
+        for i in range(3 * joints):
+            frames.positions[i] = <float>(<double*>cnp.PyArray_DATA(given))[i]
+    else:
+        return NOT_PLAIN
+    moment = time
+    frames.times, frames.count, frames.joints = &moment, 1, joints
+    return run_loop(head, <Seat*>(head + 1), &room, &frames)
+
+
 def update_window(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray tools, int64_t reason, /):
     """Carry out what follows from the last frame; see `step_window`.
 
@@ -154,6 +206,7 @@ CONSTANTS = {
     "NOTED_LATE": NOTED_LATE,
     "NOT_KEPT": NOT_KEPT,
     "NO_ANALYSIS": NO_ANALYSIS,
+    "NOT_PLAIN": NOT_PLAIN,
     "NO_JOINT": NO_JOINT,
     "NO_NEWS": NO_NEWS,
     "PADDING": PADDING,

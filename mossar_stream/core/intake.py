@@ -17,29 +17,24 @@ from mossar_stream.errors import FrameError
 from mossar_stream.frames import constant_times, plain_array
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
-NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
 CELL = 16.0  # m; half of it from there, single precision is half a micrometre
 LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
 
 
 class Single:
-    """What is remembered between pushes, so that a single frame of a take that goes on is asked no more than its shape.
+    """What is remembered between pushes, so that a single frame of a take that goes on is asked no more than its form.
 
     Args:
         joints: J.
 
     Attributes:
-        full: (J, 3).
-        shape: The same if a frame may come unasked: the take is open, its place known, nothing waits; else None.
-        frame: (1, J, 3) m, for a frame that is not in single precision or far from the origin.
-        time: (1,) s.
+        is_expected: Whether a frame may come unasked: the take is open, its place known, nothing waits.
+        frame: (1, J, 3) m, for a frame in double precision.
     """
 
     def __init__(self, joints: int) -> None:
-        self.full = joints, 3
-        self.shape: tuple[int, int] | None = None
+        self.is_expected = False
         self.frame = np.zeros((1, joints, 3), np.float32)
-        self.time = np.zeros(1)
 
 
 def checked(

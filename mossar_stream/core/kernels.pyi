@@ -66,6 +66,7 @@ MOVING_FRAMES: int
 NOTED_CANDIDATES: int
 NOTED_LATE: int
 NOT_KEPT: int
+NOT_PLAIN: int
 NO_ANALYSIS: int
 NO_JOINT: int
 NO_NEWS: int
@@ -155,6 +156,9 @@ WORK: int
 X: int
 
 def has_x86_64_v3() -> bool: ...
+def run_one(
+    desk: Array, tools: Array, measures: Array, positions: object, time: object, buffer: Array, /
+) -> int: ...
 def run(desk: Array, tools: Array, measures: Array, positions: Array, times: Array) -> int: ...
 def update_window(row: Array, measure: Array, tools: Array, reason: int) -> None: ...
 def set_middle(row: Array, middle: Array) -> None: ...

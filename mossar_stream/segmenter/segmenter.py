@@ -3,13 +3,12 @@
 import functools
 from collections.abc import Iterable, Mapping
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from mossar_stream.core import engine
 from mossar_stream.core.buffers import Buffers
 from mossar_stream.core.curve_state import CurveState, curve_state
-from mossar_stream.core.intake import FLOAT32, NUMBERS, checked, has_said_size, subtract
+from mossar_stream.core.intake import checked, has_said_size
 from mossar_stream.core.plan import Plan
 from mossar_stream.core.pool import Row, new_row, restored_row
 from mossar_stream.core.snapshot import pack_snapshot, restored_following, unpack_snapshot
@@ -60,6 +59,7 @@ class Segmenter:
         MovesError: If `follow` has a name that the moves lack.
 
     Example:
+        >>> import numpy as np
         >>> from mossar_stream import KeyFrameEvent
         >>> skeleton = Skeleton(("hip", "hand"), (-1, 0))
         >>> segmenter = Segmenter(skeleton, Settings(window=0.1), fps=30)
@@ -132,7 +132,7 @@ class Segmenter:
     @property
     def station(self) -> Station | None:
         """The performer as the loop knows it, if frames can be pushed with those of others; None if they must be checked."""
-        return None if self._single.shape is None else self._followers.station
+        return self._followers.station if self._single.is_expected else None
 
     @property
     def skeleton(self) -> Skeleton:
@@ -284,26 +284,10 @@ class Segmenter:
             RuntimeError: If another thread is using the segmenter.
             ValueError: If there are neither times nor a nominal rate.
         """
-        row, single = self.row, self._single
-        if (
-            type(positions) is np.ndarray
-            and positions.shape == single.shape
-            and isinstance(times, NUMBERS)
-            and confidence is None
-            and first_frame is None
-            and ((kind := positions.dtype) is FLOAT32 or kind.kind in "fiu")
-        ):
+        row = self.row
+        if self._single.is_expected and row.origin is None and confidence is None and first_frame is None:
             try:
-                single.time[0] = times
-                if kind is FLOAT32 and row.origin is None and positions.flags.carray:
-                    frame = positions[None]
-                else:
-                    frame = single.frame
-                    if row.origin is not None:
-                        subtract(positions, row.origin, frame[0])
-                    else:
-                        frame[0] = positions
-                if not engine.process(self._followers.desk, frame, single.time):
+                if engine.process_one(self._followers.desk, positions, times, self._single.frame):
                     return row.take_pending() if row.pending else []
             except BaseException:
                 self.steps.tear()

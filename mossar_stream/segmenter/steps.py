@@ -54,7 +54,7 @@ class Steps:
         """
         self._row.is_torn = True
         self._crowd = crowd or self._crowd
-        self.single.shape = None
+        self.single.is_expected = False
 
     def mend(self) -> None:
         """Finish what an exception cut short, if one did."""
@@ -108,7 +108,7 @@ class Steps:
                 self._end_take(engine.why_ended(row, moments[begin]))
             else:
                 begin = end
-        self.single.shape = self.single.full if row.is_placed else None
+        self.single.is_expected = row.is_placed
 
     def _settle(self, positions: NDArray[Any]) -> int:
         """Find the performer's place in the take; return how many frames to process then: those before anybody is seen."""
@@ -204,7 +204,7 @@ class Steps:
     def _carry_out(self, work: Callable[[], None]) -> None:
         """Do something, and take note of it until it is done."""
         try:
-            self.single.shape = None
+            self.single.is_expected = False
             self._unfinished = work
             work()
             self._unfinished = None
