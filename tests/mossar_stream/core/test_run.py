@@ -7,7 +7,7 @@ import pytest
 from mossar_adapters.demo import performance
 from mossar_stream import KeyFrameEvent, Segmenter, Settings, Skeleton
 from mossar_stream.core import engine
-from mossar_stream.core.kernels import run
+from mossar_stream.core.kernels import run, run_one
 from mossar_stream.moves.groups import groups_of
 
 MARKERS = Skeleton(tuple(f"m{j}" for j in range(8)), (), -1)
@@ -58,13 +58,17 @@ def test_ctrl_c_right_after_the_compiled_call_loses_no_event(monkeypatch):
     settings = Settings(limbs=True, level=0.0)
     is_armed = False
 
-    def interrupted_run(desk, tools, *given):
-        done = run(desk, tools, *given)
-        if is_armed and buffers.events[:8].view(np.int64)[0] > 0:  # there are events
-            raise KeyboardInterrupt
-        return done
+    def interrupted(call):
+        def called(*given):
+            done = call(*given)
+            if is_armed and buffers.events[:8].view(np.int64)[0] > 0:  # there are events
+                raise KeyboardInterrupt
+            return done
 
-    monkeypatch.setattr(engine, "run", interrupted_run)
+        return called
+
+    monkeypatch.setattr(engine, "run", interrupted(run))
+    monkeypatch.setattr(engine, "run_one", interrupted(run_one))
     whole, cut = Segmenter(take.skeleton, settings), Segmenter(take.skeleton, settings)
     buffers = cut.row.buffers
     expected, found, interrupted = [], [], 0
