@@ -67,3 +67,27 @@ def test_an_extension_is_out_of_date_when_a_source_or_the_recipe_has_changed(tmp
     assert not sources.is_built_from(extension, sources.built_from("cc", "-O2"))
     (tmp_path / "b.h").write_text("2")
     assert not sources.is_built_from(extension, sources.built_from("cc", "-O3"))
+
+
+def test_structs_of_numbers_and_such_structs_are_told_to_python(tmp_path, monkeypatch):
+    monkeypatch.setattr(sources, "PACKAGE", tmp_path)
+    (tmp_path / "a.pxi").write_text(
+        "cdef struct Point:  # somewhere\n"
+        "    float at[3]  # m\n"
+        "\n"
+        "    # Which one.\n"
+        "    int32_t joint\n"
+        "\n\n"
+        "cdef struct Span:\n"
+        "    Point* at\n"
+        "cdef double ZERO = 0.0\n"
+        "cdef struct Foot:\n"
+        "    Point places[4]\n"
+    )
+    assert sources.records() == "Point float at[3]; int32_t joint\nFoot Point places[4]"
+
+
+def test_a_quick_build_differs_in_the_level_of_optimisation_alone():
+    flags = {"is_strict": False, "is_sanitized": False}
+    usual, quick = (flags_for("baseline", "gcc", **flags, is_quick=quick) for quick in (False, True))
+    assert set(usual) ^ set(quick) == {"-O3", "-O1"}

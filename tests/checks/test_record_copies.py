@@ -5,7 +5,13 @@ from checks.record_copies import copies
 C = """
 typedef npy_int64 __pyx_t_5numpy_int64_t;
 struct __pyx_t_1a_1b_Curve {
-  double value;
+  double value[2 * 3];
+};
+struct __pyx_t_1a_1b_View {
+  struct __pyx_t_1a_1b_Span values;
+};
+struct __pyx_t_1a_1b_Span {
+  double *at;
 };
 static double __pyx_f_1a_1b_by_value(struct __pyx_t_1a_1b_Curve __pyx_v_curve); /*proto*/
 static double __pyx_f_1a_1b_by_value(struct __pyx_t_1a_1b_Curve __pyx_v_curve, CYTHON_UNUSED int __pyx_v_n) {
@@ -13,6 +19,8 @@ static double __pyx_f_1a_1b_by_value(struct __pyx_t_1a_1b_Curve __pyx_v_curve, C
   struct __pyx_t_1a_1b_Curve __pyx_v_several[2];
   struct __pyx_t_1a_1b_Curve __pyx_t_2;
   struct __pyx_t_1a_1b_Curve __pyx_v_found;
+  struct __pyx_t_1a_1b_View __pyx_v_view;
+  __pyx_ctuple_double__and_double __pyx_v_pair;
   __pyx_t_5numpy_int64_t __pyx_v_k;
   unsigned long long __pyx_v_bits;
   int64_t __pyx_v_whole;

@@ -17,11 +17,16 @@ def main() -> None:
     parser.add_argument(
         "--sanitize", action="store_true", help="check addresses and undefined behaviour at run time"
     )
+    parser.add_argument("--quick", action="store_true", help="optimise little: for a change to try")
     parser.add_argument("--only", choices=variants(), help="one of the two")
     options = parser.parse_args()
     began = time.perf_counter()
     built = build(
-        is_strict=options.strict, is_sanitized=options.sanitize, is_forced=options.force, only=options.only
+        is_strict=options.strict,
+        is_sanitized=options.sanitize,
+        is_forced=options.force,
+        is_quick=options.quick,
+        only=options.only,
     )
     for path, is_new in built.items():
         print(f"{path.name}: {'compiled' if is_new else 'up to date'}")

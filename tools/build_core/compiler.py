@@ -12,6 +12,7 @@ from pathlib import Path
 ZIG = "ziglang>=0.13"
 GLIBC = "2.17"  # the oldest that manylinux2014 wheels run with; zig would take its newest otherwise
 OPTIMISED = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
+QUICK = ["-O1", *OPTIMISED[1:]]  # the same results, later
 SANITIZED = [
     "-O1",
     "-g",
@@ -89,7 +90,9 @@ def commands() -> dict[str, str]:
     return {"CC": compiler, "LDSHARED": f"{compiler} {shlex.join(options)}"}
 
 
-def flags_for(variant: str, command: str, *, is_strict: bool, is_sanitized: bool) -> list[str]:
+def flags_for(
+    variant: str, command: str, *, is_strict: bool, is_sanitized: bool, is_quick: bool = False
+) -> list[str]:
     """Return the options for one of the two extensions.
 
     Args:
@@ -97,6 +100,7 @@ def flags_for(variant: str, command: str, *, is_strict: bool, is_sanitized: bool
         command: The compiler's, as `commands` has it; empty for Microsoft's.
         is_strict: Warnings are errors.
         is_sanitized: Addresses and undefined behaviour are checked at run time.
+        is_quick: Compiling is to be quick, not the extension.
     """
     if not command:
         return [
@@ -104,7 +108,7 @@ def flags_for(variant: str, command: str, *, is_strict: bool, is_sanitized: bool
             *(["/arch:AVX2"] if variant == WIDER else []),
             *(["/W3", "/WX"] if is_strict else []),
         ]
-    flags = list(SANITIZED if is_sanitized else OPTIMISED)
+    flags = list(SANITIZED if is_sanitized else QUICK if is_quick else OPTIMISED)
     if not is_sanitized and "CFLAGS" not in os.environ:
         # Python's own flags have -g: ten times the size. CFLAGS=-g keeps lines for a profiler.
         flags.append("-g0")

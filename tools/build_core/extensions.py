@@ -27,7 +27,12 @@ def work_folder(variant: str) -> Path:
 
 
 def build(
-    *, is_strict: bool = False, is_sanitized: bool = False, is_forced: bool = False, only: str | None = None
+    *,
+    is_strict: bool = False,
+    is_sanitized: bool = False,
+    is_forced: bool = False,
+    is_quick: bool = False,
+    only: str | None = None,
 ) -> dict[Path, bool]:
     """Compile the core in place; return the extensions, and whether each was compiled.
 
@@ -35,6 +40,7 @@ def build(
         is_strict: Warnings are errors. MOSSAR_STRICT=1 asks for it, too.
         is_sanitized: Addresses and undefined behaviour are checked at run time. MOSSAR_SANITIZE=1 asks for it, too.
         is_forced: Compile what is up to date, too.
+        is_quick: Compiling is to be quick, not the extension.
         only: One of the two.
 
     Raises:
@@ -49,7 +55,13 @@ def build(
     finished: dict[Path, bool] = {}
     wanted: dict[str, list[str]] = {}
     for name in variants() if only is None else [only]:
-        flags = flags_for(name, environment.get("CC", ""), is_strict=is_strict, is_sanitized=is_sanitized)
+        flags = flags_for(
+            name,
+            environment.get("CC", ""),
+            is_strict=is_strict,
+            is_sanitized=is_sanitized,
+            is_quick=is_quick,
+        )
         compiler = Path(shlex.split(environment.get("CC", "cl"))[0]).name
         text = built_from(compiler, _recipe(flags))
         path = PACKAGE / "core" / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
