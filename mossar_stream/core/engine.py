@@ -9,12 +9,13 @@ exceptions come between two statements without a call, as in `reader.reported = 
 
 import math
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.core.buffers import IN_USE, Buffers
+from mossar_stream.core.intake import is_frame, narrow_frame
 from mossar_stream.core.kernels import (
     ANALYSED,
     DONE,
@@ -73,14 +74,21 @@ def process(desk: Desk, positions: NDArray[np.float32], times: NDArray[np.float6
     return ended
 
 
-def process_one(desk: Desk, positions: object, time: object, buffer: NDArray[np.float32]) -> bool:
-    """Process one frame of one performer, if it is plain and in its take; see `run_one`.
+def process_one(
+    desk: Desk,
+    positions: Any,
+    time: Any,
+    buffer: NDArray[np.float32],
+    origin: NDArray[np.float64] | None,
+) -> bool:
+    """Process one frame of one performer, if it is an array of (J, 3) numbers with a time, and in its take.
 
     Args:
         desk: Of the performer.
         positions: As given, m.
         time: As given, s.
         buffer: (1, J, 3), to work with.
+        origin: Where the performer is, m, as `Row.origin`.
 
     Returns:
         Whether it was processed; if not, it is to be checked and processed as all frames are.
@@ -90,10 +98,15 @@ def process_one(desk: Desk, positions: object, time: object, buffer: NDArray[np.
         raise RuntimeError(IN_USE)
     try:
         buffers.is_busy = True
-        stop = run_one(desk.memory, buffers.tools, desk.params, positions, time, buffer)
+        stop = NOT_PLAIN
+        if origin is None:
+            stop = run_one(desk.memory, buffers.tools, desk.params, positions, time, buffer)
+        if stop == NOT_PLAIN and is_frame(positions, time, buffer.shape[1:]):
+            narrow_frame(positions, origin, buffer[0])
+            stop = run_one(desk.memory, buffers.tools, desk.params, buffer[0], float(time), buffer)
         done = stop == DONE
         if not done and stop != NOT_PLAIN:
-            np.copyto(buffer[0], np.asarray(positions), casting="same_kind")
+            narrow_frame(positions, origin, buffer[0])
             done = not _go_on(desk, stop, buffer, np.array([time], np.float64))
         buffers.is_busy = False
     except BaseException:

@@ -17,6 +17,7 @@ from mossar_stream.errors import FrameError
 from mossar_stream.frames import constant_times, plain_array
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
 CELL = 16.0  # m; half of it from there, single precision is half a micrometre
 LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
 
@@ -35,6 +36,26 @@ class Single:
     def __init__(self, joints: int) -> None:
         self.is_expected = False
         self.frame = np.zeros((1, joints, 3), np.float32)
+
+
+def is_frame(positions: object, time: object, shape: tuple[int, ...]) -> bool:
+    """Tell whether these are one frame: an array of numbers of this shape, and a number."""
+    return (
+        type(positions) is np.ndarray
+        and positions.shape == shape
+        and positions.dtype.kind in "fiu"
+        and isinstance(time, NUMBERS)
+    )
+
+
+def narrow_frame(
+    positions: ArrayLike, origin: NDArray[np.float64] | None, frame: NDArray[np.float32]
+) -> None:
+    """Set a (J, 3) frame to positions less the origin, m."""
+    if origin is None:
+        frame[:] = positions
+    else:
+        subtract(np.asarray(positions), origin, frame)
 
 
 def checked(

@@ -284,10 +284,10 @@ class Segmenter:
             RuntimeError: If another thread is using the segmenter.
             ValueError: If there are neither times nor a nominal rate.
         """
-        row = self.row
-        if self._single.is_expected and row.origin is None and confidence is None and first_frame is None:
+        row, single = self.row, self._single
+        if single.is_expected and confidence is None and first_frame is None:
             try:
-                if engine.process_one(self._followers.desk, positions, times, self._single.frame):
+                if engine.process_one(self._followers.desk, positions, times, single.frame, row.origin):
                     return row.take_pending() if row.pending else []
             except BaseException:
                 self.steps.tear()
