@@ -39,6 +39,7 @@ def write_c(variant: str, *, is_strict: bool) -> Path:
     Options.warning_errors = is_strict
     gc.disable()  # the tree is kept to the end: looking for garbage takes a quarter of the time
     path = work_folder(variant) / f"{variant}.c"
+    path.parent.mkdir(parents=True, exist_ok=True)
     source = f"mossar_stream/core/{variant}.pyx"
     result = Main.compile(  # type: ignore[no-untyped-call]
         source,
