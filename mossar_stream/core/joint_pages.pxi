@@ -45,7 +45,7 @@ cdef enum:
     SQUARE_Z = 960
     SQUARE_SPEED = 992
     SUM_PATH = 1024  # and of the paths
-    LIVE = 1056  # 1, or 0 for joints that do not count (joints.py) and for what comes after the last joint
+    LIVE = 1056  # 1, or 0 for joints that do not count (joints.pxi) and for what comes after the last joint
     WORK = 1088  # scratch
     REST_X = 1120  # m, the pose in which the performer dwells (scales)
     REST_Y = 1152

@@ -33,8 +33,7 @@ class Segmenter:
     The method is that of Paliyawan, Choensawat and Thawonmas, *Mossar: motion segmentation by using splitting and remerging
     strategies* (2018): velocity (equation 1), splitting (Algorithms 1 and 2), remerging (Algorithm 3) within a bounded window.
 
-    Kernels are compiled when the first segmenter with a similarity measure is built (seconds, once per installation;
-    `precompile` does it on two cores), never while frames come in. All state has a fixed size.
+    Nothing is compiled at run time. The state grows only with the number of undecided key frames, up to `remerge_window`.
 
     Args:
         skeleton: The performer's joints.
@@ -382,7 +381,7 @@ class Segmenter:
             with_moves: Whether moves are recognised at all from now on, if they were before.
 
         Raises:
-            SnapshotError: If the bytes are damaged, truncated, or of a newer version, or lack the moves.
+            SnapshotError: If the bytes are damaged, truncated, of another version, or lack the moves.
         """
         plan, performer, level, pending, content, recognition, known = unpack_snapshot(
             blob, moves, with_moves=with_moves
