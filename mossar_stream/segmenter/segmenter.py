@@ -33,7 +33,8 @@ class Segmenter:
     The method is that of Paliyawan, Choensawat and Thawonmas, *Mossar: motion segmentation by using splitting and remerging
     strategies* (2018): velocity (equation 1), splitting (Algorithms 1 and 2), remerging (Algorithm 3) within a bounded window.
 
-    Nothing is compiled at run time. The state grows only with the number of undecided key frames, up to `remerge_window`.
+    Nothing is compiled at run time. The state grows only with the number of undecided key frames, up to
+    `remerge_window`.
 
     Args:
         skeleton: The performer's joints.

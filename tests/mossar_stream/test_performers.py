@@ -303,7 +303,7 @@ def test_who_left_takes_no_memory_until_the_collector_comes_by(kind):
         performers.remove(name)
         return gone
 
-    came_and_left("bob")  # the first performer fills caches, which stay
+    came_and_left("bob")  # the first performer, before garbage collection stops
     gc.disable()
     try:
         assert came_and_left("ann")() is None
