@@ -13,13 +13,13 @@ cdef enum:
 cdef struct Places:  # where the arrays of a row begin, bytes from its start
     int64_t body  # positions and displacements of the joints, see joint_pages.pxi
     int64_t seen  # (padded_joints,) s, when each joint was last there; -inf if never
-    int64_t tracked  # (padded_joints,) frames that bear out where each joint is, see joints.py
+    int64_t tracked  # (padded_joints,) frames that bear out where each joint is, see joints.pxi
     int64_t filtered  # (6, padded_joints) m and m/s, One-Euro filter
     int64_t pose  # (4, padded_joints) last frame's features as one array, see joint_pages.flatten
     int64_t ring_time  # (ring,) s, ends of the displacements in the velocity window
     int64_t ring_step  # (ring,) 2^-40 m, those displacements summed over the joints
     int64_t average  # (smoothing_window,) 2^-40 m, velocities under the moving average
-    int64_t summaries  # (slots, slot) summaries of segments, see summary.py
+    int64_t summaries  # (slots, slot) summaries of segments, see summary.pxi
     int64_t unused  # (slots,) stack of unused slots
     int64_t order  # (W + 2,) slots of the window's segments, from left to right
     int64_t keys  # (W + 2,) undecided key frames, from left to right
