@@ -65,7 +65,6 @@ cdef void _lay_out(Counting* header, Samples* samples, int64_t n, int64_t oldest
 
 cdef inline void _to_metres(Floats goal, Shorts quanta, float quantum) noexcept nogil:
     cdef int64_t i
-    # Over slices, as elsewhere: an index with an offset would be tested for its sign and not vectorise.
     for i in range(goal.count):
         goal.at[i] = <float>quanta.at[i] * quantum
 

@@ -11,7 +11,8 @@ CHAIN_NAMES = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"), ("shoul
 SIDES = ("left", "right")
 LEAST_SWING = 0.03  # m, rms over a limb's joints
 GIVEN = ("joints", "root", "travels", "least", "chains", "chain")  # with the skeleton, for all takes
-LONGEST_TAKE = 2**48  # samples; no take is as long
+LONGEST_TAKE = 2**48  # frames; no take is as long
+MOST_SAMPLES = 2**30  # of a take: how far apart two are fits into 32 bits
 
 
 def prepare(header: np.void, skeleton: Skeleton, channel: str) -> None:
@@ -50,7 +51,7 @@ def is_sound(header: np.void, prepared: np.void) -> bool:
         prepared: The same as `prepare` leaves it.
     """
     same = all(np.array_equal(header[name], prepared[name]) for name in GIVEN)
-    counts = [int(header[name]) for name in ("frames", "open", "first", "analysed", "dropped", "cycles")]
+    counts = [int(header[name]) for name in ("frames", "first", "fine", "analysed", "dropped", "cycles")]
     cycles = header["cycle"]
     places = np.concatenate([cycles["start"], cycles["far"], cycles["end"], cycles["count"]])
     times = [
@@ -60,6 +61,7 @@ def is_sound(header: np.void, prepared: np.void) -> bool:
     return bool(
         same
         and all(0 <= count < LONGEST_TAKE for count in counts)
+        and 0 <= header["open"] < MOST_SAMPLES
         and header["cycles"] <= CYCLES
         and max(header["first"], header["analysed"]) <= header["open"]
         and (not header["begun"] or header["frames"] == 0 or header["open"] > header["first"])
@@ -73,6 +75,6 @@ def is_sound(header: np.void, prepared: np.void) -> bool:
         and not np.isnan(header["due"])
         and np.isfinite(header["at"]).all()
         and np.isfinite(header["left"]).all()
-        and np.all(np.abs(places) < LONGEST_TAKE)
+        and np.all((places >= 0) & (places < MOST_SAMPLES))
         and np.all((cycles["joint"] >= 0) & (cycles["joint"] < header["joints"]))
     )

@@ -4,7 +4,7 @@
 # those of fast movements longer and shorter in turn.
 cdef enum:
     INTERVALS = 4
-    # Cycles without a new one, after which nothing repeats any more, besides the time between analyses.
+# Cycles without a new one, after which nothing repeats any more, besides the time between analyses.
 cdef double LONGEST_SILENCE = 1.5
 cdef double LEAST_PERIOD = 0.1  # s
 cdef double NEARBY = 0.31622776601683794  # of a step, within which a pose stays that of a sample
@@ -118,7 +118,7 @@ cdef double time_at(Counting* header, int64_t n, double place) noexcept nogil:
     """Return when the pose was between two samples of the window of n, s since the take began."""
     cdef int64_t below, one
     cdef double share
-    below = <int64_t>place
+    below = <int64_t>place if place >= 0.0 else 0  # NaN where a snapshot has scores that are no numbers
     share = place - below
     one = ring_place(header, n, below)
     if share < NEARBY:

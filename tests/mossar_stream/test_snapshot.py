@@ -208,7 +208,8 @@ COUNTED = {
     "origin": [np.nan, -1e12],
     "latest": [np.inf, 1e9],
     "due": [np.nan],
-    "cycle": [2**60],
+    "cycle": [2**60, 2**32 + 50_000, 50_000 - 2**32, -1],  # places in the window are computed in 32 bits
+    "fine": [-1, 2**60],
 }
 
 
