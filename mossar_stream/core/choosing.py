@@ -23,11 +23,11 @@ def chosen_core() -> ModuleType:
     """
     wish = os.environ.get(WISH, "")
     if wish and wish not in VARIANTS:
-        raise ImportError(f"{WISH}={wish}: there are {' and '.join(VARIANTS)}")
+        raise ImportError(f"{WISH}={wish}: there are {' and '.join(VARIANTS)}", name=__package__)
     baseline = _loaded("baseline")
     is_wider = baseline.has_x86_64_v3()
     if wish == "x86_64_v3" and not is_wider:
-        raise ImportError(f"{WISH}={wish}: this processor does not run x86-64-v3")
+        raise ImportError(f"{WISH}={wish}: this processor does not run x86-64-v3", name=__package__)
     core = _loaded("x86_64_v3") if is_wider and wish != "baseline" else baseline
     changed = _changed(core.BUILT_FROM)
     if changed:

@@ -52,7 +52,6 @@ cdef enum:
     REST_Z = 1184
     LINES = 38  # of a page
     PAGE_SIZE = LINES * PAGE
-    PAGE_BYTES = 4 * PAGE_SIZE
     PADDING = 8  # joints are padded to a multiple of this, so that loops over joints vectorise
 
 cdef struct Position:  # m; a frame is J of these

@@ -51,13 +51,6 @@ cdef struct IntRows:
     int64_t columns
 
 
-cdef struct IntPlanes:
-    int64_t* at
-    int64_t planes
-    int64_t rows
-    int64_t columns
-
-
 cdef struct Ints32:
     int32_t* at
     int64_t count
@@ -65,13 +58,6 @@ cdef struct Ints32:
 
 cdef struct Int32Rows:
     int32_t* at
-    int64_t rows
-    int64_t columns
-
-
-cdef struct Int32Planes:
-    int32_t* at
-    int64_t planes
     int64_t rows
     int64_t columns
 
@@ -125,11 +111,6 @@ cdef inline Doubles part_of_doubles(Doubles span, int64_t begin, int64_t end) no
     return doubles(span.at + begin, max(end - begin, 0))
 
 
-cdef inline Doubles from_doubles(Doubles span, int64_t begin) noexcept nogil:
-    """Return all numbers from `begin` on."""
-    return doubles(span.at + begin, max(span.count - begin, 0))
-
-
 cdef inline DoubleRows doubles_in_rows(double* at, int64_t rows, int64_t columns) noexcept nogil:
     """Return rows of so many numbers each from an address on."""
     cdef DoubleRows found
@@ -146,11 +127,6 @@ cdef inline DoubleRows rows_of_doubles(DoubleRows rows, int64_t begin, int64_t e
     """Return rows begin … end - 1, as far as there are any."""
     end = min(end, rows.rows)
     return doubles_in_rows(rows.at + begin * rows.columns, max(end - begin, 0), rows.columns)
-
-
-cdef inline DoubleRows plane_of_doubles(DoublePlanes planes, int64_t i) noexcept nogil:
-    """Return plane i."""
-    return doubles_in_rows(planes.at + i * planes.rows * planes.columns, planes.rows, planes.columns)
 
 
 cdef inline Floats floats(float* at, int64_t count) noexcept nogil:
@@ -201,17 +177,6 @@ cdef inline Ints ints(int64_t* at, int64_t count) noexcept nogil:
     return found
 
 
-cdef inline Ints part_of_ints(Ints span, int64_t begin, int64_t end) noexcept nogil:
-    """Return numbers begin … end - 1, as far as there are any."""
-    end = min(end, span.count)
-    return ints(span.at + begin, max(end - begin, 0))
-
-
-cdef inline Ints from_ints(Ints span, int64_t begin) noexcept nogil:
-    """Return all numbers from `begin` on."""
-    return ints(span.at + begin, max(span.count - begin, 0))
-
-
 cdef inline IntRows ints_in_rows(int64_t* at, int64_t rows, int64_t columns) noexcept nogil:
     """Return rows of so many numbers each from an address on."""
     cdef IntRows found
@@ -224,17 +189,6 @@ cdef inline Ints row_of_ints(IntRows rows, int64_t i) noexcept nogil:
     return ints(rows.at + i * rows.columns, rows.columns)
 
 
-cdef inline IntRows rows_of_ints(IntRows rows, int64_t begin, int64_t end) noexcept nogil:
-    """Return rows begin … end - 1, as far as there are any."""
-    end = min(end, rows.rows)
-    return ints_in_rows(rows.at + begin * rows.columns, max(end - begin, 0), rows.columns)
-
-
-cdef inline IntRows plane_of_ints(IntPlanes planes, int64_t i) noexcept nogil:
-    """Return plane i."""
-    return ints_in_rows(planes.at + i * planes.rows * planes.columns, planes.rows, planes.columns)
-
-
 cdef inline Ints32 ints32(int32_t* at, int64_t count) noexcept nogil:
     """Return so many numbers from an address on."""
     cdef Ints32 found
@@ -242,38 +196,11 @@ cdef inline Ints32 ints32(int32_t* at, int64_t count) noexcept nogil:
     return found
 
 
-cdef inline Ints32 part_of_ints32(Ints32 span, int64_t begin, int64_t end) noexcept nogil:
-    """Return numbers begin … end - 1, as far as there are any."""
-    end = min(end, span.count)
-    return ints32(span.at + begin, max(end - begin, 0))
-
-
-cdef inline Ints32 from_ints32(Ints32 span, int64_t begin) noexcept nogil:
-    """Return all numbers from `begin` on."""
-    return ints32(span.at + begin, max(span.count - begin, 0))
-
-
 cdef inline Int32Rows ints32_in_rows(int32_t* at, int64_t rows, int64_t columns) noexcept nogil:
     """Return rows of so many numbers each from an address on."""
     cdef Int32Rows found
     found.at, found.rows, found.columns = at, rows, columns
     return found
-
-
-cdef inline Ints32 row_of_ints32(Int32Rows rows, int64_t i) noexcept nogil:
-    """Return row i."""
-    return ints32(rows.at + i * rows.columns, rows.columns)
-
-
-cdef inline Int32Rows rows_of_ints32(Int32Rows rows, int64_t begin, int64_t end) noexcept nogil:
-    """Return rows begin … end - 1, as far as there are any."""
-    end = min(end, rows.rows)
-    return ints32_in_rows(rows.at + begin * rows.columns, max(end - begin, 0), rows.columns)
-
-
-cdef inline Int32Rows plane_of_ints32(Int32Planes planes, int64_t i) noexcept nogil:
-    """Return plane i."""
-    return ints32_in_rows(planes.at + i * planes.rows * planes.columns, planes.rows, planes.columns)
 
 
 cdef inline Shorts shorts(int16_t* at, int64_t count) noexcept nogil:
@@ -306,12 +233,6 @@ cdef inline Shorts row_of_shorts(ShortRows rows, int64_t i) noexcept nogil:
     return shorts(rows.at + i * rows.columns, rows.columns)
 
 
-cdef inline ShortRows rows_of_shorts(ShortRows rows, int64_t begin, int64_t end) noexcept nogil:
-    """Return rows begin … end - 1, as far as there are any."""
-    end = min(end, rows.rows)
-    return shorts_in_rows(rows.at + begin * rows.columns, max(end - begin, 0), rows.columns)
-
-
 cdef inline ShortRows plane_of_shorts(ShortPlanes planes, int64_t i) noexcept nogil:
     """Return plane i."""
     return shorts_in_rows(planes.at + i * planes.rows * planes.columns, planes.rows, planes.columns)
@@ -324,35 +245,8 @@ cdef inline Bytes bytes_(uint8_t* at, int64_t count) noexcept nogil:
     return found
 
 
-cdef inline Bytes part_of_bytes(Bytes span, int64_t begin, int64_t end) noexcept nogil:
-    """Return numbers begin … end - 1, as far as there are any."""
-    end = min(end, span.count)
-    return bytes_(span.at + begin, max(end - begin, 0))
-
-
-cdef inline Bytes from_bytes(Bytes span, int64_t begin) noexcept nogil:
-    """Return all numbers from `begin` on."""
-    return bytes_(span.at + begin, max(span.count - begin, 0))
-
-
 cdef inline ByteRows bytes_in_rows(uint8_t* at, int64_t rows, int64_t columns) noexcept nogil:
     """Return rows of so many numbers each from an address on."""
     cdef ByteRows found
     found.at, found.rows, found.columns = at, rows, columns
     return found
-
-
-cdef inline Bytes row_of_bytes(ByteRows rows, int64_t i) noexcept nogil:
-    """Return row i."""
-    return bytes_(rows.at + i * rows.columns, rows.columns)
-
-
-cdef inline ByteRows rows_of_bytes(ByteRows rows, int64_t begin, int64_t end) noexcept nogil:
-    """Return rows begin … end - 1, as far as there are any."""
-    end = min(end, rows.rows)
-    return bytes_in_rows(rows.at + begin * rows.columns, max(end - begin, 0), rows.columns)
-
-
-cdef inline ByteRows plane_of_bytes(BytePlanes planes, int64_t i) noexcept nogil:
-    """Return plane i."""
-    return bytes_in_rows(planes.at + i * planes.rows * planes.columns, planes.rows, planes.columns)

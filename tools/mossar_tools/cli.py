@@ -114,6 +114,11 @@ def guarded(program: Callable[[Console], int]) -> int:
 
         LOGGER.error("%s", error)
         return FAILED if isinstance(error, OutputError) else WRONG_USAGE
+    except ImportError as error:
+        if not (error.name or "").startswith("mossar_stream.core"):
+            raise
+        LOGGER.error("%s", error)  # the compiled core is missing, or MOSSAR_CORE names none
+        return WRONG_USAGE
     except OSError as error:
         if error.filename is None and error.errno in NO_ROOM:
             _leave_standard_output()
