@@ -65,8 +65,10 @@ cdef inline double travel(
         Path within the window, summed over the joints, m.
     """
     cdef int64_t places, units, tail
+    cdef double path
     places = ring_time.count
-    units = min(<int64_t>(displacement / PATH_UNIT + 0.5), MOST_UNITS)
+    path = displacement / PATH_UNIT + 0.5
+    units = <int64_t>path if path < MOST_UNITS else MOST_UNITS  # infinite where a damaged snapshot has such positions
     tail = _oldest(velocity, places)
     while velocity.filled > 0 and time - ring_time.at[tail] >= window - TIME_ROUNDING:
         velocity.travelled -= ring_step.at[tail]
