@@ -643,6 +643,12 @@ class Performers:
         self._pending = pending
         self._segmenters, self._left, self._unfinished = ordered, [], None
 
+    def __reduce__(self) -> "tuple[Callable[..., Performers], tuple[object, ...]]":
+        """Copy and pickle by snapshots: a copy goes on from here on its own, and begins with the events that wait here."""
+        moves = None if self._moves is None else self._moves.to_json()
+        limits = self._most, self._most_memory
+        return _restored, (*limits, moves, self._follow, self.snapshot(), self.lasting())
+
     @property
     def level(self) -> LevelName | float:
         """The level of all performers; setting it acts at once, as of a `Segmenter`."""
@@ -664,3 +670,18 @@ class Performers:
         self._level = level
         for segmenter in self._segmenters.values():
             segmenter.level = level
+
+
+def _restored(
+    most: int,
+    most_memory: int,
+    moves: bytes | None,
+    follow: Follow,
+    blobs: Mapping[str, bytes],
+    lasting: bytes,
+) -> Performers:
+    """Return a copy of a pool."""
+    known = None if moves is None else Moves.from_json(moves)
+    pool = Performers(None, most, most_memory, known, follow)
+    pool.restore(blobs, lasting)
+    return pool

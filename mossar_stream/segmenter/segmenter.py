@@ -1,7 +1,7 @@
 """Segmenter: frames of one performer in, events out."""
 
 import functools
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from numpy.typing import ArrayLike
 
@@ -349,6 +349,10 @@ class Segmenter:
         """Give the rows back that the state lies in; the segmenter is of no use afterwards."""
         self.row.release()
         self._followers.release()
+
+    def __reduce__(self) -> tuple[Callable[..., "Segmenter"], tuple[bytes]]:
+        """Copy and pickle by a snapshot: a copy goes on from here on its own, and begins with the events that wait here."""
+        return Segmenter.restore, (self.snapshot(),)
 
     @property
     def state_bytes(self) -> int:

@@ -1,8 +1,10 @@
 """Snapshots: damaged, foreign and hostile ones are refused; what is accepted can be worked on."""
 
+import copy
 import functools
 import hashlib
 import operator
+import pickle
 import re
 from pathlib import Path
 
@@ -53,6 +55,26 @@ def with_row(segmenter, change):
     row = segmenter.row.memory.copy()
     change(row)
     return forged(segmenter.snapshot(), row=row.tobytes())
+
+
+COPIES = {
+    "copy": copy.copy,
+    "deepcopy": copy.deepcopy,
+    "pickle": lambda one: pickle.loads(pickle.dumps(one)),
+}
+
+
+@pytest.mark.parametrize("way", COPIES)
+def test_a_copy_goes_on_by_itself(core, way):
+    positions, times = core.moving_people(1, frames=200, losses=False)
+    own = Segmenter(core.skeleton(4), Settings(range_floor=0.01, window=0.05, limbs=True), fps=60.0)
+    own.push(positions[:120], times[:120])
+    own.level = 0.5  # what follows from it waits
+    before = own.snapshot()
+    other = COPIES[way](own)
+    found = core.lines(other.push(positions[120:], times[120:]) + other.end_take())
+    assert own.snapshot() == before
+    assert core.lines(own.push(positions[120:], times[120:]) + own.end_take()) == found != []
 
 
 @pytest.mark.parametrize("wrong", [b"", b"x", MAGIC, MAGIC + b"\x01" + bytes(31), b"PK" + bytes(500)])
