@@ -1,11 +1,9 @@
 """Performers: segmenters by name, for streams in which several people move.
 
-Events wait at the rows of the performers, or with the pool, until the caller gets them. An exception from outside, such as
-Ctrl-C, leaves them there, and the next call brings them. What is changed for all at once is finished by the next call.
+Events wait at the performers, or with the pool, until the caller gets them. An exception from outside, such as Ctrl-C, leaves
+them there, and the next call brings them. What is done for all at once is done as a whole, or not at all.
 """
 
-import functools
-import weakref
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -14,20 +12,18 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.core import engine
-from mossar_stream.core.buffers import IN_USE, Buffers
-from mossar_stream.core.intake import FLOAT32, given_positions, less_origin
-from mossar_stream.core.plan import Plan
-from mossar_stream.core.pool import Pools, Row, new_row
-from mossar_stream.core.station import Desk
+from mossar_stream.core.intake import given_positions
+from mossar_stream.core.kernels import Performer, Workspace, at_once, process_together
+from mossar_stream.core.plan import Plan, shared_plan
 from mossar_stream.errors import FrameError, SettingsError, SnapshotError
-from mossar_stream.events import BODY, Event
+from mossar_stream.events import Event
 from mossar_stream.following.alignment import Alignment, Follow, alignment_of, checked_follow
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
 from mossar_stream.moves.moves import Moves, copy_of
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.segmenter.limbs import bytes_with_limbs
+from mossar_stream.segmenter.segmenter import Steps
 from mossar_stream.settings import LevelName, Settings, Up, settings_or_default
 from mossar_stream.skeleton import Skeleton
 
@@ -35,7 +31,6 @@ MOST_PERFORMERS = 1024
 MOST_MEMORY = 1 << 32  # bytes
 ANYBODY = Skeleton(("a", "b"), (-1, 0))
 MOST_KINDS = 8  # of performers that share examples: skeletons
-MOST_POOLS = 48  # kinds of rows that are shared: skeletons, those of limbs too, rates, and settings
 MOST_ABSENT = 1024  # performers who made room for others and are not forgotten yet
 
 
@@ -102,11 +97,8 @@ class Performers:
         # The same of the moves that are followed, by the axis that points upwards, too.
         self._banks: dict[tuple[Skeleton, Up], NDArray[np.uint8]] = {}
         self._most = most
-        self._buffers = Buffers()
-        self._pools: dict[tuple[Skeleton, float | None, Settings, str], Pools] = {}
+        self._workspace = Workspace()
         self._pending: list[Event] = []  # of those who left, and of a call that an exception cut short
-        self._left: list[Segmenter] = []  # whose rows are to be given back
-        self._unfinished: Callable[[], None] | None = None  # what such a call was to do for all
         self._segmenters: OrderedDict[str, Segmenter] = (
             OrderedDict()
         )  # in the order in which they were last used
@@ -151,64 +143,73 @@ class Performers:
             FrameError: If there is no memory for the performer, or the skeleton lacks joints that the moves or the
                 limbs need.
         """
-        self._mend()
         name = performer_name(performer)
         known = self._segmenters.get(name)
         if known is not None and known.skeleton == skeleton:
             return self._taken(())
+        if fps is not None:
+            constant_times(0, fps)
+        self._check_memory(shared_plan(skeleton, self._settings, fps), name)
+        segmenter = self._new_segmenter(name, skeleton, fps)
         leaving = self._leaving(name)
-        self._check_idle(leaving)
-        self._check_memory(Plan(skeleton, self._settings, fps), name)
-        segmenter = self._new_segmenter(
-            name, skeleton, fps
-        )  # all that may fail comes before anything is changed
-        self._unfinished = functools.partial(self._admit, name, segmenter, leaving)
-        self._mend()
-        return self._taken(())
-
-    def _admit(self, name: str, segmenter: Segmenter, leaving: Sequence[str]) -> None:
-        """Follow a performer in place of others; may be done again from any point, as all that `_mend` does."""
-        if self._segmenters.get(name) is segmenter:
-            return
-        for one in leaving:
-            if one in self._segmenters:
-                self._dismiss(one, "another skeleton" if one == name else "too many performers")
-        before = self._absent.get(name)
+        steps, absent, first_take = self._dismissing(leaving, name)
+        before = absent.pop(name, None)
         if before is not None:
             segmenter.carry_on(before.counts)
-        elif self._first_take:
-            segmenter.carry_on({**segmenter.counts, "take": self._first_take})
-        self._segmenters[name] = segmenter
-        if before is not None:
-            del self._absent[name]
+        elif first_take:
+            segmenter.carry_on({**segmenter.counts, "take": first_take})
+        steps += [
+            (setattr, self, "_absent", absent),
+            (setattr, self, "_first_take", first_take),
+            (self._segmenters.__setitem__, name, segmenter),
+        ]
+        at_once(self._cores(leaving), steps)
+        return self._taken(())
 
-    def _mend(self) -> None:
-        """Do what is to be done for all, or finish what an exception cut short of it."""
-        work = self._unfinished
-        if work is None:
-            return
-        try:
-            work()
-            self._unfinished = None
-        except Exception:
-            self._unfinished = None  # it would fail again
-            raise
+    def _cores(self, names: Iterable[str]) -> list[Performer]:
+        return [self._segmenters[name].core for name in names]
 
-    def _taken(self, rows: Iterable[Row]) -> list[Event]:
-        """Return the events that wait with the pool and at rows, for the caller; see `Row.take_pending`."""
-        self._gather(rows)
+    def _dismissing(self, leaving: Sequence[str], for_whom: str) -> tuple[Steps, dict[str, _Absent], int]:
+        """Return the steps by which performers leave, and what is known of all who have left then.
+
+        Args:
+            leaving: Their names.
+            for_whom: Who is announced.
+
+        Returns:
+            The steps; those who are absent; and the first take of newcomers.
+        """
+        steps, absent, first_take = list[tuple[Any, ...]](), dict(self._absent), self._first_take
+        for name in leaving:
+            segmenter, fields = self._segmenters[name], tuple(self._own_changes(name))
+            counts = segmenter.counts
+            counts["take"] += segmenter.row.is_open
+            absent[name] = _Absent(counts, segmenter.settings if fields else None, fields)
+            steps += self._leaving_with(
+                name, "another skeleton" if name == for_whom else "too many performers"
+            )
+        while len(absent) > MOST_ABSENT:
+            oldest = next(iter(absent))
+            first_take = max(first_take, absent.pop(oldest).counts["take"])
+        return steps, absent, first_take
+
+    def _leaving_with(self, name: str, reason: str) -> Steps:
+        """Return the steps by which a performer's take ends, and its memory is freed; its events wait with the pool."""
+        core = self._segmenters[name].core
+        return [
+            (core.end_take, reason),
+            (core.hand_over, self._pending),
+            (self._segmenters.pop, name),
+        ]
+
+    def _taken(self, names: Iterable[str]) -> list[Event]:
+        """Return the events that wait with the pool and at performers, for the caller; no call once they are taken."""
         pending = self._pending
+        for name in names:
+            self._segmenters[name].core.hand_over(pending)
         events = pending[:]
         del pending[:]
         return events
-
-    def _gather(self, rows: Iterable[Row]) -> None:
-        """Let the events of rows wait with the pool; no call in the loop, so that Ctrl-C finds them in one place."""
-        pending = self._pending
-        for row in rows:
-            if row.pending:
-                pending += row.pending
-                del row.pending[:]
 
     def _leaving(self, name: str) -> tuple[str, ...]:
         """Return the performers that are dismissed when one is announced: itself, or those idle for longest."""
@@ -216,35 +217,16 @@ class Performers:
             return (name,)
         return self.names[: max(0, len(self._segmenters) - self._most + 1)]
 
-    def _check_idle(self, performers: Sequence[str]) -> None:
-        """Raise RuntimeError if another thread is using one of the performers, before anything is changed."""
-        if any(self._segmenters[name].row.buffers.is_busy for name in performers):
-            raise RuntimeError(IN_USE)
-
     def _new_segmenter(self, name: str, skeleton: Skeleton, fps: float | None) -> Segmenter:
         """Return a segmenter for a performer, with the performer's own settings."""
         recognition = self._recognition_of(name, skeleton)
         following = self._follow, self._alignment_of(name, skeleton, self._settings)
-        row = self._pools_for(skeleton, fps, self._settings).allocate(name)
-
-        # The segmenter must not lead back here: the memory of a pool would be kept until the collector comes by.
-        here = weakref.ref(self)
-
-        def new_limb(plan: Plan, pending: list[Event]) -> Row:
-            pool = here()
-            if pool is None:
-                return new_row(plan, row.buffers, name, pending)
-            pools = pool._pools_for(plan.skeleton, plan.fps, plan.user_settings, plan.channel)  # noqa: SLF001 - its own class
-            return pools.allocate(name, pending)
-
-        try:
-            segmenter = Segmenter.of_row(row, recognition, following, new_limb)
-            if segmenter.level != self._level:
-                segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
-            segmenter.change(**self._own_changes(name))
-        except BaseException:
-            row.release()
-            raise
+        segmenter = Segmenter.of_pool(
+            shared_plan(skeleton, self._settings, fps), name, self._workspace, recognition, following
+        )
+        if segmenter.level != self._level:
+            segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
+        segmenter.change(**self._own_changes(name))
         return segmenter
 
     def _own_changes(self, name: str) -> dict[str, object]:
@@ -265,26 +247,25 @@ class Performers:
 
     @moves.setter
     def moves(self, moves: Moves | None) -> None:
-        self._mend_all()
         before = self._moves, self._stores, self._banks
-        self._moves, self._stores, self._banks = copy_of(moves) if moves is not None else None, {}, {}
-        own = self._segmenters
+        taught = copy_of(moves) if moves is not None else None
+        own, steps = self._segmenters, list[tuple[Any, ...]]()
         try:
-            found = {name: self._recognition_of(name, s.skeleton) for name, s in own.items()}
-            aligned = {name: self._alignment_of(name, s.skeleton, s.settings) for name, s in own.items()}
-            fresh = {name: one and one.follow_on(own[name].recognition) for name, one in found.items()}
-            self._unfinished = functools.partial(self._recognise, fresh, aligned)
-        except BaseException:
+            self._moves, self._stores, self._banks = taught, {}, {}
+            for name, segmenter in own.items():
+                recognition = self._recognition_of(name, segmenter.skeleton)
+                aligned = self._alignment_of(name, segmenter.skeleton, segmenter.settings)
+                if recognition is not None:
+                    recognition.follow_on(segmenter.recognition)
+                steps += segmenter.recognising(recognition, self._follow, aligned)
+            after = self._moves, self._stores, self._banks
+        finally:
             self._moves, self._stores, self._banks = before
-            raise
-        self._mend()
-
-    def _recognise(
-        self, fresh: Mapping[str, Recognition | None], aligned: Mapping[str, Alignment | None]
-    ) -> None:
-        """Let something else recognise and follow the moves of all."""
-        for name, recognition in fresh.items():
-            self._segmenters[name].steps.recognise(recognition, self._follow, aligned[name])
+        steps += [
+            (setattr, self, name, value)
+            for name, value in zip(("_moves", "_stores", "_banks"), after, strict=True)
+        ]
+        at_once(self._cores(own), steps)
 
     @property
     def follow(self) -> Follow:
@@ -297,33 +278,18 @@ class Performers:
 
     @follow.setter
     def follow(self, follow: Iterable[str] | bool) -> None:
-        self._mend_all()
         before = self._follow, self._banks
-        self._follow, self._banks = checked_follow(follow, self._moves), {}
-        own = self._segmenters.items()
+        chosen, own, steps = checked_follow(follow, self._moves), self._segmenters, list[tuple[Any, ...]]()
         try:
-            aligned = {name: self._alignment_of(name, s.skeleton, s.settings) for name, s in own}
-            self._unfinished = functools.partial(self._follow_moves, aligned)
-        except BaseException:
+            self._follow, self._banks = chosen, {}
+            for name, segmenter in own.items():
+                aligned = self._alignment_of(name, segmenter.skeleton, segmenter.settings)
+                steps += segmenter.following_moves(chosen, aligned)
+            banks = self._banks
+        finally:
             self._follow, self._banks = before
-            raise
-        self._mend()
-
-    def _follow_moves(self, aligned: Mapping[str, Alignment | None]) -> None:
-        """Let something else follow the moves of all."""
-        for name, alignment in aligned.items():
-            self._segmenters[name].steps.follow_moves(self._follow, alignment)
-
-    def _mend_all(self) -> None:
-        """Finish what an exception cut short, of all performers.
-
-        Raises:
-            RuntimeError: If another thread is using one of them; nothing is changed then.
-        """
-        self._check_idle(self.names)
-        self._mend()
-        for segmenter in self._segmenters.values():
-            segmenter.steps.mend()
+        steps += [(setattr, self, "_follow", chosen), (setattr, self, "_banks", banks)]
+        at_once(self._cores(own), steps)
 
     def _alignment_of(self, name: str, skeleton: Skeleton, settings: Settings) -> Alignment | None:
         """Return what follows the moves of a performer."""
@@ -368,63 +334,19 @@ class Performers:
                 f"{self._most_memory / 2**20:,.0f} MiB that they may take"
             )
 
-    def _dismiss(self, name: str, reason: str) -> None:
-        """End a performer's take and free its memory, but keep in mind where it was."""
-        segmenter = self._end(name, reason)
-        fields = tuple(self._own_changes(name))
-        absent = _Absent(segmenter.counts, segmenter.settings if fields else None, fields)
-        self._left += [segmenter]
-        self._absent[name] = absent
-        del self._segmenters[name]
-        self._release()
-        while len(self._absent) > MOST_ABSENT:
-            oldest, forgotten = next(iter(self._absent.items()))
-            self._first_take = max(self._first_take, forgotten.counts["take"])
-            del self._absent[oldest]
-
-    def _end(self, name: str, reason: str) -> Segmenter:
-        """End a performer's take and return its segmenter, whose events wait with the pool then."""
-        segmenter = self._segmenters[name]
-        segmenter.steps.end_take(reason)
-        self._gather((segmenter.row,))
-        return segmenter
-
-    def _release(self) -> None:
-        """Give back the rows of those who left; `Row.release` may be called again."""
-        while self._left:
-            self._left[-1].release()
-            del self._left[-1]
-
-    def _pools_for(
-        self, skeleton: Skeleton, fps: float | None, settings: Settings, channel: str = BODY
-    ) -> Pools:
-        """Return where the rows of performers, or limbs, with this skeleton, rate and settings lie."""
-        key = skeleton, fps, settings, channel
-        self._release()
-        if key not in self._pools:
-            for pools in self._pools.values():
-                pools.drop_empty()
-            while len(self._pools) >= MOST_POOLS:  # who has a row in them keeps it
-                del self._pools[next(iter(self._pools))]
-            if fps is not None:
-                constant_times(0, fps)
-            self._pools[key] = Pools(Plan(skeleton, settings, fps, channel=channel), self._buffers)
-        return self._pools[key]
-
     def push(self, frames: Frames) -> list[Event]:
         """Take frames of one performer in and return the events they cause.
 
         Raises:
             FrameError: If the performer was not announced or the shapes do not fit its skeleton.
         """
-        self._mend()
         name = frames.performer if frames.performer in self._segmenters else performer_name(frames.performer)
         segmenter = self._segmenters.get(name)
         if segmenter is None:
             raise FrameError(f"performer {frames.performer!r} was not announced")
         segmenter.process(frames.positions, frames.times, frames.confidence, frames.first_frame)
         self._segmenters.move_to_end(name)
-        return self._taken((segmenter.row,))
+        return self._taken((name,))
 
     def push_many(self, performers: Sequence[str], positions: ArrayLike, times: ArrayLike) -> list[Event]:
         """Process as many frames of each of many performers at once, which is quicker than one after the other.
@@ -441,58 +363,18 @@ class Performers:
             FrameError: If a performer was not announced or is named twice, or the shapes do not fit; nothing is
                 processed then.
         """
-        self._mend()
-        segmenters, frames, moments = self._checked(performers, given_positions(positions), times)
-        together: dict[tuple[int, int], list[int]] = {}
-        for k, segmenter in enumerate(segmenters):
-            station = segmenter.station
-            if station is None:
-                segmenter.process(frames[k], moments[k])
-            else:  # those who share buffers and parameters; a restored performer has its own
-                key = id(station.params), id(segmenter.row.buffers)
-                together.setdefault(key, []).append(k)
-        for chosen in together.values():
-            self._process_together([segmenters[k] for k in chosen], chosen, frames, moments)
-        return self._taken([segmenter.row for segmenter in segmenters])
-
-    def _process_together(
-        self,
-        segmenters: Sequence[Segmenter],
-        chosen: Sequence[int],
-        frames: NDArray[Any],
-        times: NDArray[np.float64],
-    ) -> None:
-        """Process frames of performers in one call; who must be looked after, as a take ends, is on its own from there.
-
-        Args:
-            segmenters: Of the performers.
-            chosen: Their places in the arrays.
-            frames: (P, n, J, 3) m, in single or double precision.
-            times: (P, n) s.
-        """
-        count, begins = frames.shape[1], [k * frames.shape[1] for k in chosen]
-        positions, moments = frames, times
-        if frames.dtype is not FLOAT32 or any(own.row.origin is not None for own in segmenters):
-            rows = [(own.row, frames[k]) for own, k in zip(segmenters, chosen, strict=True)]
-            positions = np.stack([less_origin(*pair) for pair in rows])
-            moments, begins = times[chosen], [k * count for k in range(len(chosen))]
-        stations = [station for own in segmenters if (station := own.station) is not None]
-        desk = Desk(stations, begins, count)
-        together = positions.reshape(-1, *frames.shape[2:]), moments.reshape(-1)
-        try:
-            ended = engine.process(desk, *together)
-        except BaseException:
-            for own in segmenters:
-                own.steps.tear(desk)
-            raise
-        for place, used in ended:
-            k = chosen[place]
-            segmenters[place].process(frames[k, used:], times[k, used:])
+        names, frames, moments = self._checked(performers, given_positions(positions), times)
+        cores = self._cores(names)
+        for segmenter, chunk in zip((self._segmenters[name] for name in names), frames, strict=True):
+            segmenter.look_at_size(chunk)
+        if cores:
+            process_together(cores, frames, moments)
+        return self._taken(names)
 
     def _checked(
         self, performers: Sequence[str], frames: NDArray[Any], times: ArrayLike
-    ) -> tuple[list[Segmenter], NDArray[Any], NDArray[np.float64]]:
-        """Return the segmenters, their frames and (P, n) times; see `push_many`."""
+    ) -> tuple[list[str], NDArray[Any], NDArray[np.float64]]:
+        """Return their names, their frames and (P, n) times; see `push_many`."""
         moments = plain_array(times, np.float64)
         names = [name if name in self._segmenters else performer_name(name) for name in performers]
         try:
@@ -514,8 +396,7 @@ class Performers:
             )
         for name in names:
             self._segmenters.move_to_end(name)
-        # Writeable, too: what is broadcast is not, and would be another type to the compiler.
-        return segmenters, frames, plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
+        return names, frames, plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:
         """Change settings of one performer, or of all and of those to come; see `Segmenter.change`.
@@ -524,90 +405,69 @@ class Performers:
             SettingsError: If a value is illegal; nothing is changed then.
             FrameError: If there is no such performer, or all would take more than `most_memory`; nothing is changed then.
         """
-        self._mend()
         if performer is not None:
-            (segmenter,) = self._chosen(performer)
-            plan, level = segmenter.steps.planned(changes)
+            self._chosen(performer)
+            segmenter = self._segmenters[performer]
+            plan, level = segmenter.planned(changes)
             self._check_growth({performer: plan})
-            segmenter.steps.adopt(plan, level)
-            return self._taken((segmenter.row,))
+            at_once([segmenter.core], segmenter.adopting(plan, level))
+            return self._taken((performer,))
         level = self._settings.replace(level=changes.pop("level", self._level)).level
         settings = self._settings.replace(**changes).at_level(level)
         Plan(ANYBODY, settings, None)  # all or nothing: those to come must be able to start with them
         plans = {
-            name: segmenter.steps.planned({**changes, "level": level})
+            name: segmenter.planned({**changes, "level": level})
             for name, segmenter in self._segmenters.items()
         }
         self._check_growth({name: plan for name, (plan, _) in plans.items()})
-        self._check_idle(self.names)
-        self._unfinished = functools.partial(self._adopt, settings, level, plans)
-        self._mend()
-        return self._taken([segmenter.row for segmenter in self._segmenters.values()])
+        steps: Steps = [(setattr, self, "_settings", settings), (setattr, self, "_level", level)]
+        for name, (plan, own_level) in plans.items():
+            steps += self._segmenters[name].adopting(plan, own_level)
+        at_once(self._cores(plans), steps)
+        return self._taken(plans)
 
-    def _adopt(
-        self,
-        settings: Settings,
-        level: LevelName | float,
-        plans: Mapping[str, tuple[Plan, LevelName | float]],
-    ) -> None:
-        """Go on with other settings of all."""
-        self._settings, self._level, self._pools = settings, level, {}
-        for name, plan in plans.items():
-            self._segmenters[name].steps.adopt(*plan)
-
-    def _chosen(self, performer: str | None) -> list[Segmenter]:
-        """Return the segmenter of a performer, or those of all for None.
+    def _chosen(self, performer: str | None) -> tuple[str, ...]:
+        """Return a performer, or all for None.
 
         Raises:
             FrameError: If there is no such performer.
         """
         if performer is None:
-            return list(self._segmenters.values())
+            return self.names
         if performer not in self._segmenters:
             raise FrameError(
                 f"no performer called {performer!r}; there are {', '.join(self.names) or 'none'}"
             )
-        return [self._segmenters[performer]]
+        return (performer,)
 
     def reset(self, performer: str | None = None, reason: str = "") -> list[Event]:
         """End the take of one performer, or of all, and forget the running range.
 
-        After Ctrl-C in here some performers may be left out.
-
         Raises:
             FrameError: If there is no such performer.
         """
-        self._mend()
         chosen = self._chosen(performer)
-        self._check_idle([segmenter.performer for segmenter in chosen])
-        for segmenter in chosen:
-            segmenter.steps.reset(reason)
-        return self._taken([segmenter.row for segmenter in chosen])
+        cores = self._cores(chosen)
+        at_once(cores, [(core.reset, reason) for core in cores])
+        return self._taken(chosen)
 
     def end_takes(self, reason: str = "") -> list[Event]:
-        """End the takes of all performers; after Ctrl-C in here some may be left out."""
-        self._mend()
-        self._check_idle(self.names)
-        for segmenter in self._segmenters.values():
-            segmenter.steps.end_take(reason)
-        return self._taken([segmenter.row for segmenter in self._segmenters.values()])
+        """End the takes of all performers."""
+        cores = self._cores(self._segmenters)
+        at_once(cores, [(core.end_take, reason) for core in cores])
+        return self._taken(self._segmenters)
 
     def remove(self, performer: str, reason: str = "") -> list[Event]:
         """End a performer's take and forget the performer."""
-        self._mend()
-        self._left += [self._end(performer, reason)]
-        del self._segmenters[performer]
-        self._release()
+        at_once(self._cores((performer,)), self._leaving_with(performer, reason))
         return self._taken(())
 
     def snapshot(self) -> dict[str, bytes]:
         """Return what all segmenters know, by performer, without the examples of moves: those are the pool's."""
-        self._mend()
         return {name: segmenter.snapshot(with_moves=False) for name, segmenter in self._segmenters.items()}
 
     def lasting(self) -> bytes:
         """Return what the pool knows besides: settings as they are now, and the takes of those who made room."""
-        self._mend()
         return msgspec.msgpack.encode(
             _Lasting(self._settings, self._level, self._absent, self._first_take, self._pending)
         )
@@ -639,9 +499,15 @@ class Performers:
             except (msgspec.MsgspecError, SettingsError, ValueError) as error:
                 raise SnapshotError(f"the snapshot's settings cannot be read: {error}") from None
             self._settings, self._level, self._first_take = known.settings, known.level, known.first_take
-            self._absent, self._pools = known.absent, {}
+            self._absent = known.absent
         self._pending = pending
-        self._segmenters, self._left, self._unfinished = ordered, [], None
+        self._segmenters = ordered
+
+    def __reduce__(self) -> "tuple[Callable[..., Performers], tuple[object, ...]]":
+        """Copy and pickle by snapshots: a copy goes on from here on its own, and begins with the events that wait here."""
+        moves = None if self._moves is None else self._moves.to_json()
+        limits = self._most, self._most_memory
+        return _restored, (*limits, moves, self._follow, self.snapshot(), self.lasting())
 
     @property
     def level(self) -> LevelName | float:
@@ -650,17 +516,24 @@ class Performers:
 
     @level.setter
     def level(self, level: LevelName | float) -> None:
-        self._mend()
         chosen = self._settings.replace(level=level).level
         self._settings.strength(chosen)
+        steps: Steps = [(setattr, self, "_level", chosen)]
         for segmenter in self._segmenters.values():
-            segmenter.steps.planned_level(level)  # all or nothing
-        self._check_idle(self.names)
-        self._unfinished = functools.partial(self._set_level, chosen)
-        self._mend()
+            steps += segmenter.moving_level(segmenter.planned_level(level))  # all or nothing
+        at_once(self._cores(self._segmenters), steps)
 
-    def _set_level(self, level: LevelName | float) -> None:
-        """Move the level of all."""
-        self._level = level
-        for segmenter in self._segmenters.values():
-            segmenter.level = level
+
+def _restored(
+    most: int,
+    most_memory: int,
+    moves: bytes | None,
+    follow: Follow,
+    blobs: Mapping[str, bytes],
+    lasting: bytes,
+) -> Performers:
+    """Return a copy of a pool."""
+    known = None if moves is None else Moves.from_json(moves)
+    pool = Performers(None, most, most_memory, known, follow)
+    pool.restore(blobs, lasting)
+    return pool

@@ -7,7 +7,7 @@ cdef enum:
     BEYOND = 2
 
 cdef struct Clock:
-    int64_t row  # number of the performer's row, that its events carry
+    int64_t channel  # 0 of the body, then those of limbs; events carry it
     int64_t take
     int64_t open  # whether a take is open
     int64_t next_frame  # number of the next one

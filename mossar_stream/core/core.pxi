@@ -2,7 +2,7 @@
 
 cimport numpy as cnp
 from libc.math cimport (
-    INFINITY, M_PI, NAN, acos, asin, atan2, ceil, cos, exp, exp2, expf, fabsf, floor, hypot, isfinite, isnan, log, log1p, logf,
+    INFINITY, M_PI, NAN, acos, asin, atan2, ceil, cos, exp, exp2, expf, fabsf, floor, fmod, hypot, isfinite, isnan, log, log1p, logf,
     nextafter, pow, rint, rintf, sin, sqrt, sqrtf, tanh,
 )
 from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint8_t, uint64_t
@@ -86,8 +86,20 @@ include "../poses/layout.pxi"
 include "../poses/matching.pxi"
 # The one loop.
 include "middle.pxi"
-include "station.pxi"
 include "run.pxi"
+# Who owns memory, and makes events of records.
+from mossar_stream.core.records import record_types
+
+include "channel.pxi"
+include "out.pxi"
+include "../repetitions/out.pxi"
+include "reader.pxi"
+include "../moves/out.pxi"
+include "../following/out.pxi"
+include "../poses/out.pxi"
+include "../steps/out.pxi"
+include "placing.pxi"
+include "performer.pxi"
 # What Python calls.
 include "../similarity/comparison.pxi"
 include "face.pxi"

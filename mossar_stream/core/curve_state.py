@@ -62,13 +62,13 @@ def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
         )
     )
     per = 1.0 / scale if scale > 0 else 0.0
-    lines = region(row, plan.shape, "body").reshape(-1, LINES, PAGE).transpose(1, 0, 2).reshape(LINES, -1)
+    lines = region(row, "body").reshape(-1, LINES, PAGE).transpose(1, 0, 2).reshape(LINES, -1)
     time = float(state["clock"]["time"])
-    pose = lines[POSE_X // PAGE : POSE_X // PAGE + 3, : plan.shape.joints].T
+    pose = lines[POSE_X // PAGE : POSE_X // PAGE + 3, : plan.record["joints"][0]].T
     return CurveState(
         frame=int(state["clock"]["used_frame"]),
         time=time,
-        reported_time=_reported_time(row, plan) if plan.traits.has_features else time,
+        reported_time=_reported_time(row) if plan.traits.has_features else time,
         value=float(curve["value"]) * per,
         ceiling=float(curve["ceiling"]) * per,
         floor=float(curve["floor"]) * per,
@@ -80,13 +80,15 @@ def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
     )
 
 
-def _reported_time(row: NDArray[np.uint8], plan: Plan) -> float:
+def _reported_time(row: NDArray[np.uint8]) -> float:
     """Return the reported time of a key frame at the last processed frame, s: that of a kept pose; see `note_place`."""
     state = records(row)
     taken = float(state["clock"]["taken_time"])
     wanted = taken - (EARLIER_IN_NOISE if state["noise"]["loud"] else EARLIER)
     history = state["history"]
-    newest = (int(history["head"]) - 1 - np.arange(int(history["filled"]))) % plan.shape.history
-    kept = region(row, plan.shape, "marks")["time"][newest]
+    newest = (int(history["head"]) - 1 - np.arange(int(history["filled"]))) % int(
+        state["plan"]["history_size"]
+    )
+    kept = region(row, "marks")["time"][newest]
     distance = np.abs(kept - wanted)
     return float(kept[np.argmax(distance < distance.min() + MARGIN)])

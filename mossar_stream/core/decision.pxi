@@ -79,7 +79,7 @@ cdef int64_t decide_oldest(Window* w, int64_t settled, int64_t open_slot, int64_
     for i in range(1, passed + 1):
         _put_decided(w, i, KEY_MERGED, w.keys.at[i].at_frame, w.keys.at[i].at_time)
     put_segment(w, state.left_ordinal, OLDEST_KEY, SEGMENT_FINAL)
-    segment = &w.events.at[w.events.at[0].row]
+    segment = &w.events.at[w.events.used[0] - 1]
     segment.until_frame = frame
     segment.until_time = time
     note_span(w, segment)

@@ -1,6 +1,6 @@
 """Event buffer: through it compiled code hands events out.
 
-Record 0 counts the others. `events.py` has the records that users see; `hand_out` makes them.
+`events.py` has the records that users see; out.pxi makes them.
 """
 
 cdef enum:
@@ -29,7 +29,8 @@ cdef enum:
 cdef double UNKNOWN_STRENGTH = NAN
 
 cdef struct Event:
-    int64_t row  # whose it is, a key of the sources; in record 0 the number of records in use
+    int64_t performer  # place of the performer among those that are processed together
+    int64_t channel  # 0 of the body, then those of limbs
     int64_t code  # KEY_FRAME, SEGMENT, ACTIVITY_CHANGE or TAKE_START
     int64_t status  # index into KEY_FRAME_STATUSES or SEGMENT_STATUSES
     int64_t nature  # index into KEY_FRAME_KINDS, or into SEGMENT_STATES
@@ -64,17 +65,16 @@ cdef struct Point:  # A key frame as a message tells of it.
 
 cdef struct EventSpan:
     Event* at
-    int64_t count
+    int64_t count  # that there is room for
+    int64_t* used
+    int64_t performer  # whose the next ones are
 
 
 cdef Event* next_event(Clock* clock, EventSpan events, int64_t code) noexcept nogil:
     """Return a fresh record of the buffer, of the performer and the take that a clock is of."""
-    cdef int64_t used
-    cdef Event* event
-    used = events.at[0].row + 1
-    events.at[0].row = used
-    event = &events.at[used]
-    event.row = clock.row
+    cdef Event* event = &events.at[events.used[0]]
+    events.used[0] += 1
+    event.performer, event.channel = events.performer, clock.channel
     event.code = code
     event.take = clock.take
     return event

@@ -1,9 +1,4 @@
-"""Intake: what people push, brought into the one form that the kernels take.
-
-Kernels calculate in single precision, which 10 km from the origin is a millimetre. So somebody's place is taken off in
-double precision, before positions are narrowed: the multiple of `CELL` that is nearest to where the performer is first
-seen in a take. On a usual stage that is 0, and nothing need be done.
-"""
+"""Intake: what people push, brought into the one form that the core takes."""
 
 import warnings
 from typing import Any
@@ -11,55 +6,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.core.kernels import FARTHEST
-from mossar_stream.core.pool import Row
+from mossar_stream.core.kernels import Channel
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import constant_times, plain_array
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
-NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
-CELL = 16.0  # m; half of it from there, single precision is half a micrometre
 LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
 
 
-class Single:
-    """What is remembered between pushes, so that a single frame of a take that goes on is asked no more than its form.
-
-    Args:
-        joints: J.
-
-    Attributes:
-        is_expected: Whether a frame may come unasked: the take is open, its place known, nothing waits.
-        frame: (1, J, 3) m, for a frame in double precision.
-    """
-
-    def __init__(self, joints: int) -> None:
-        self.is_expected = False
-        self.frame = np.zeros((1, joints, 3), np.float32)
-
-
-def is_frame(positions: object, time: object, shape: tuple[int, ...]) -> bool:
-    """Tell whether these are one frame: an array of numbers of this shape, and a number."""
-    return (
-        type(positions) is np.ndarray
-        and positions.shape == shape
-        and positions.dtype.kind in "fiu"
-        and isinstance(time, NUMBERS)
-    )
-
-
-def narrow_frame(
-    positions: ArrayLike, origin: NDArray[np.float64] | None, frame: NDArray[np.float32]
-) -> None:
-    """Set a (J, 3) frame to positions less the origin, m."""
-    if origin is None:
-        frame[:] = positions
-    else:
-        subtract(np.asarray(positions), origin, frame)
-
-
 def checked(
-    row: Row,
+    row: Channel,
     positions: ArrayLike,
     times: ArrayLike | None,
     confidence: ArrayLike | None,
@@ -67,7 +23,6 @@ def checked(
 ) -> tuple[NDArray[Any], NDArray[np.float64]]:
     """Return what was pushed as (n, J, 3) m, in single or double precision, and (n,) s; see `Segmenter.push`."""
     joints = len(row.plan.skeleton)
-    # Writeable and contiguous: other arrays would be another type to the compiler.
     chunk = given_positions(positions)
     if chunk.ndim == 2:
         chunk = chunk[None]
@@ -101,42 +56,7 @@ def given_positions(values: ArrayLike) -> NDArray[Any]:
     return plain_array(values, FLOAT32 if kind in (np.float16, FLOAT32) else FLOAT64)
 
 
-def less_origin(row: Row, positions: NDArray[Any]) -> NDArray[np.float32]:
-    """Return positions relative to where the performer was first seen in the take, in single precision.
-
-    Args:
-        row: The performer's.
-        positions: (n, J, 3) m, in single or double precision.
-    """
-    if row.origin is None:
-        return _as_array(positions, FLOAT32)
-    return subtract(positions, row.origin, np.empty(positions.shape, np.float32))
-
-
-def place_of(positions: NDArray[Any], center: int) -> tuple[NDArray[np.float64], int]:
-    """Return what to take off the positions of a take, and the first frame in which anybody is seen, n if there is none.
-
-    Args:
-        positions: (n, J, 3) m.
-        center: Index of the root, -1 for the centroid.
-    """
-    for i, frame in enumerate(positions):
-        seen = (np.abs(frame) <= FARTHEST).all(axis=1)
-        if frame[seen].any():  # senders without anybody before them put all joints at the origin
-            joint = center if center >= 0 and seen[center] else int(seen.argmax())
-            return CELL * np.rint(np.asarray(frame[joint], np.float64) / CELL), i
-    return np.zeros(3), len(positions)
-
-
-def subtract(
-    positions: NDArray[Any], origin: NDArray[np.float64], result: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """Return positions less the origin, taken off in double precision."""
-    np.subtract(positions, origin, out=result, casting="same_kind")
-    return result
-
-
-def _check_number(row: Row, first_frame: int, times: NDArray[np.float64]) -> None:
+def _check_number(row: Channel, first_frame: int, times: NDArray[np.float64]) -> None:
     """Raise FrameError for a frame number that would give two key frames one id."""
     clock = row.clock
     goes_on = (

@@ -77,6 +77,11 @@ cdef int64_t place(int64_t j) noexcept nogil:
     return j // PAGE * PAGE_SIZE + j % PAGE
 
 
+cdef inline int64_t body_numbers(int64_t joints) noexcept nogil:
+    """Return how many numbers the body of so many joints has."""
+    return (joints + PAGE - 1) // PAGE * PAGE_SIZE
+
+
 cdef inline Floats page_of(Floats body, int64_t first) noexcept nogil:
     """Return the page that begins with a joint."""
     return floats(body.at + first // PAGE * PAGE_SIZE, PAGE_SIZE)

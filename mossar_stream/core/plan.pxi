@@ -1,7 +1,10 @@
-"""Plan: sizes and settings of one performer, which do not change while frames come in; `Plan.prepare` of plan.py sets them."""
+"""Plan: sizes and settings of one performer, which do not change while frames come in; plan.py sets them."""
 
+cdef enum:
+    SPARE_SLOTS = 6  # beside those of undecided key frames: a segment more, the one before, three of the open one, one to spare
+    MORE_ROOM = 4  # undecided key frames for which a row grows
 
-cdef struct Plan:  # what does not change while frames come in; `Plan.prepare` sets it
+cdef struct Plan:  # what does not change while frames come in, but for sizes of a row that grows
     # Sizes.
     int64_t joints
     int64_t padded_joints
@@ -11,7 +14,7 @@ cdef struct Plan:  # what does not change while frames come in; `Plan.prepare` s
     int64_t filtered_joints  # padded joints, or 0 without a One-Euro filter
     int64_t average_size
     int64_t ring
-    int64_t slot
+    int64_t slot  # length of a summary, float64 numbers
     int64_t slot_count
     int64_t memo_size
     int64_t history_size
@@ -19,7 +22,7 @@ cdef struct Plan:  # what does not change while frames come in; `Plan.prepare` s
     int64_t notes
     int64_t samples  # bytes of the repetitions' samples
     int64_t capacity  # W
-    int64_t room  # with more undecided key frames than this the row must grow before the next frame
+    int64_t room  # undecided key frames whose segments there are slots for, at most W
     int64_t most_events  # that one frame, or the end of a take, can cause
     # Settings; the row's own, so that a level can move while others stay.
     double window  # s
@@ -57,3 +60,15 @@ cdef struct Plan:  # what does not change while frames come in; `Plan.prepare` s
     int64_t adopts  # whether what is counted of the body is copied here
     int64_t labels_late  # whether labels wait for what is counted
     int64_t offline  # keep every key frame until the take ends, and decide then
+
+
+cdef void derive_sizes(Plan* plan) noexcept nogil:
+    """Set the sizes that follow from others."""
+    cdef int64_t costs = (8 if plan.has_features == 1 else 4) * (plan.capacity + 1)  # with features they change more often
+    plan.padded_joints = (plan.joints + PADDING - 1) // PADDING * PADDING
+    plan.slot_count = plan.room + SPARE_SLOTS
+    plan.memo_size = 1
+    while plan.memo_size < costs:
+        plan.memo_size *= 2
+    plan.samples = samples_size(plan.joints) if plan.repetitions == 1 else 0
+    plan.most_events = 8 * plan.capacity + 32

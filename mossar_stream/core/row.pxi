@@ -1,9 +1,9 @@
 """Row: where one performer's state lives.
 
-Everything that is remembered of one performer is one row of bytes: the records of all concepts (each declared beside
+Everything that is remembered of a body or a limb is one row of bytes: the records of all concepts (each declared beside
 the functions that write it), then arrays whose sizes follow from the joints and the settings. A snapshot is a copy of
-the row, a pool of performers is a matrix of rows, and nothing is allocated while frames come in. Compiled code looks
-at a row through views; where the arrays begin stands in the record `at`, in bytes from the row's start.
+the row. Where the arrays begin stands in the record `at`, in bytes from the row's start. A row that needs more room moves
+into a larger one.
 """
 
 cdef enum:
@@ -33,6 +33,7 @@ cdef struct Places:  # where the arrays of a row begin, bytes from its start
     int64_t periods  # (1,) of it, by which candidates are judged
     int64_t samples  # of them, see repetitions/state.pxi
     int64_t adopted  # (1,) of a limb: what is counted of its body, by which its candidates are judged
+    int64_t end  # of the row
 
 
 cdef struct Row:
@@ -55,6 +56,82 @@ cdef struct Row:
     ActivityState activity
     WindowState window
     Places at
+
+
+cdef void lay_out_row(Row* row) noexcept nogil:
+    """Set the sizes that follow from others, and where the arrays begin; nothing else of the row is read."""
+    cdef Plan* plan = &row.plan
+    cdef Places* at = &row.at
+    cdef int64_t joints, places
+    derive_sizes(plan)
+    joints, places = plan.padded_joints, plan.capacity + 2
+    at.body = in_lines(sizeof(Row))
+    at.seen = at.body + in_lines(4 * body_numbers(plan.joints))
+    at.tracked = at.seen + in_lines(8 * joints)
+    at.filtered = at.tracked + in_lines(4 * joints)
+    at.pose = at.filtered + in_lines(8 * 6 * plan.filtered_joints)
+    at.ring_time = at.pose + in_lines(4 * 4 * joints)
+    at.ring_step = at.ring_time + in_lines(8 * plan.ring)
+    at.average = at.ring_step + in_lines(8 * plan.ring)
+    at.summaries = at.average + in_lines(8 * plan.average_size)
+    at.unused = at.summaries + in_lines(8 * plan.slot_count * plan.slot)
+    at.order = at.unused + in_lines(8 * plan.slot_count)
+    at.keys = at.order + in_lines(8 * places)
+    at.counts = at.keys + in_lines(places * sizeof(Key))
+    at.memo = at.counts + (0 if plan.offline == 1 else in_lines(4 * (places + 1) * places))
+    at.marks = at.memo + in_lines(plan.memo_size * sizeof(Memo))
+    at.poses = at.marks + in_lines(plan.history_size * sizeof(Mark))
+    at.bouts = at.poses + in_lines(2 * plan.history_size * 3 * joints)
+    at.notes = at.bouts + in_lines(plan.bouts * sizeof(Bout))
+    at.counted = at.notes + in_lines(plan.notes * sizeof(Note))
+    at.periods = at.counted + plan.repetitions * in_lines(sizeof(Counting))
+    at.samples = at.periods + plan.repetitions * in_lines(sizeof(Periods))
+    at.adopted = at.samples + in_lines(plan.samples)
+    at.end = at.adopted + plan.adopts * in_lines(sizeof(Periods))
+
+
+cdef inline bint is_row_full(Row* row) noexcept nogil:
+    """Tell whether there is no room for one more undecided key frame, and the row must grow before the next frame."""
+    cdef Plan* plan = &row.plan
+    if plan.offline == 1:
+        return row.window.undecided >= plan.capacity
+    return row.window.undecided > plan.room and plan.room < plan.capacity
+
+
+cdef void enlarge(Plan* plan, bint is_ring) noexcept nogil:
+    """Plan a larger row: twice the places in the velocity ring, or room for more undecided key frames.
+
+    There is room for at most W of them in a stream; W of a recording is doubled.
+    """
+    if is_ring:
+        plan.ring *= 2
+    elif plan.offline == 1:
+        plan.capacity *= 2
+        plan.room = plan.capacity
+    else:
+        plan.room = min(plan.room + MORE_ROOM, plan.capacity)
+
+
+cdef void move_row(Row* old, Row* fresh) noexcept nogil:
+    """Copy everything into a larger row, whose plan and places are set."""
+    cdef int64_t* before = <int64_t*>&old.at
+    cdef int64_t* after = <int64_t*>&fresh.at
+    cdef int64_t i
+    memcpy(&fresh.clock, &old.clock, <uint8_t*>&old.at - <uint8_t*>&old.clock)
+    for i in range(<int64_t>(sizeof(Places) // sizeof(int64_t)) - 1):
+        # Where a cost is remembered follows from how many places there are.
+        if &before[i] != &old.at.memo or old.plan.memo_size == fresh.plan.memo_size:
+            memcpy(<uint8_t*>fresh + after[i], <uint8_t*>old + before[i], before[i + 1] - before[i])
+    if fresh.plan.ring != old.plan.ring:
+        unroll_velocity(
+            &fresh.velocity,
+            doubles(<double*>(<uint8_t*>old + old.at.ring_time), old.plan.ring),
+            ints(<int64_t*>(<uint8_t*>old + old.at.ring_step), old.plan.ring),
+            <double*>(<uint8_t*>fresh + fresh.at.ring_time),
+            <int64_t*>(<uint8_t*>fresh + fresh.at.ring_step),
+        )
+    for i in range(old.plan.slot_count, fresh.plan.slot_count):
+        free_slot(&fresh.slots, ints(<int64_t*>(<uint8_t*>fresh + fresh.at.unused), fresh.plan.slot_count), i)
 
 
 cdef inline Floats body_of(Row* row) noexcept nogil:
@@ -94,3 +171,18 @@ cdef inline OpenSegment open_segment_of(Row* row, Measure* params) noexcept nogi
     segment.body = body_of(row)
     segment.pose = floats_in_rows(<float*>(begin + row.at.pose), 4, row.plan.padded_joints)
     return segment
+
+
+cdef inline Counting* counting_of(Row* row) noexcept nogil:
+    """Return what is counted here, if the plan says so; periods and samples follow."""
+    return <Counting*>(<uint8_t*>row + row.at.counted)
+
+
+cdef inline Periods* periods_of(Row* row) noexcept nogil:
+    """Return the periods of what is counted here, if the plan says so."""
+    return <Periods*>(<uint8_t*>row + row.at.periods)
+
+
+cdef inline Periods* adopted_of(Row* limb) noexcept nogil:
+    """Return those of a limb's body, if the plan says that they matter."""
+    return <Periods*>(<uint8_t*>limb + limb.at.adopted)

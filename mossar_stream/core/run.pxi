@@ -6,21 +6,57 @@
         readers   who else follows the frames, each when it is due
         phase     of the repeated movement, if it is asked for
 
-It stops where Python must do something, and goes on from there: `LoopHead` says where.
+It stops where its owner (performer.pxi) must do something with Python objects, and goes on from there: `Seat` says where.
 """
 
 cdef enum:
-    WINDOW_FULL = 10  # what the caller must do besides what `advance` asks for
-    BUFFER_FULL = 11
-    ANALYSED = 12
-    READ = 13
-    PHASE = 14
-    SAID = 15
+    BODY_FULL = 10  # why it stopped, besides what `advance` asks for: rows need room for more key frames,
+    EVENTS_FULL = 11  # the event buffer is full,
+    ANALYSED = 12  # somebody asks for what is counted,
+    READ = 13  # a reader has events,
+    PHASE = 14  # the phase is to be reported
+    NO_ANALYSIS = 0  # in Part.heed
+    CHANGES = 1
+    ALL_ANALYSES = 2
 
 cdef double BACK = 0.5  # s; a frame that is due later by no more than this is not shown to a reader
 
+# Whether a frame causes events, 0 or 1, of: state and store of a reader, (J, 3) positions in m, the number of joints, and the
+# time in s.
+ctypedef int64_t (*See)(
+    uint8_t* state, uint8_t* store, float* positions, int64_t joints, double time
+) noexcept nogil
 
-cdef struct Frames:  # of all performers, one after the other
+
+cdef struct Part:  # the body, or a limb
+    Row* row
+    Measure* measure
+    int64_t first  # of its joints among those of all limbs; -1 of the body
+    int64_t heed  # which analyses of its repetitions are to stop the loop
+    int64_t is_taken  # whether the frame step took the last frame, and did not pass it over
+
+
+cdef struct Follower:  # a reader
+    See see
+    uint8_t* state  # the first eight bytes are a double, `due`: see Reader in performer.pxi
+    uint8_t* store
+
+
+cdef struct Seat:  # one performer
+    Part* parts  # the body's, then those of limbs
+    int64_t limbs
+    Follower* followers
+    int64_t readers
+    int64_t phase  # whether the phase of each frame is asked for
+    int64_t joints  # of all limbs together
+    int64_t* order  # (joints,) which joint of the performer each is, negative for the middle
+    float* positions  # (joints, 3) m, where each is in the frame that the body processed last
+    int64_t frame  # how many of the frames are processed,
+    int64_t stage  # and who is next with the frame: 0 the body, then limbs, readers, the phase
+    int64_t changed  # whether the last analysis of repetitions changed what is counted
+
+
+cdef struct Frames:  # of one performer
     float* positions  # (n, J, 3) m
     double* times  # (n,) s
     int64_t count
@@ -28,127 +64,97 @@ cdef struct Frames:  # of all performers, one after the other
 
 
 cdef struct Room:  # what performers share, because they are worked on one after the other
-    Measure* measures  # (1 + L,) of body and limbs
     Bytes scratch
     Bytes store  # in which repetitions are analysed
     EventSpan events
+    int64_t used  # of the event buffer
 
 
-cdef int64_t run_loop(LoopHead* head, Seat* seats, Room* room, Frames* frames) noexcept nogil:
-    """Process frames until they are used up or the caller must do something.
-
-    Args:
-        head: How far they are processed.
-        seats: Whose frames they are.
-        room: To work in.
-        frames: Of all performers.
+cdef int64_t run_frames(Seat* seat, Room* room, Frames* frames) noexcept nogil:
+    """Process the frames of one performer, from where the seat stands.
 
     Returns:
-        DONE, or SAID if that left events; else what must be done before the loop goes on, of the performer and the stage at
-        which `head` stands: TAKE_ENDS, RING_FULL, BUFFER_FULL; WINDOW_FULL: before a frame, rows need room for more key frames;
-        ANALYSED, READ, PHASE: ask what is counted, a reader, or the phase for its events.
+        DONE; else what must be done before the loop goes on, at the stage at which the seat stands: TAKE_ENDS, RING_FULL,
+        BODY_FULL, EVENTS_FULL; ANALYSED, READ, PHASE: report what is counted, what a reader found, or the phase.
     """
-    cdef int64_t stop
-    while head.performer < head.performers:
-        stop = _process(head, &seats[head.performer], room, frames)
-        if stop != DONE:
-            head.stopped = stop
-            return stop
-        head.performer += 1
-        head.frame = 0
-    head.performer = 0
-    return SAID if room.events.at[0].row > 0 else DONE
-
-
-cdef int64_t _process(LoopHead* head, Seat* seat, Room* room, Frames* frames) noexcept nogil:
-    """Process the frames of one performer, from where the head stands; return DONE or why it stopped."""
-    cdef Station* station = <Station*>seat.station
-    cdef Channel* channels = <Channel*>(station + 1)
-    cdef Reader* readers = <Reader*>(channels + 1 + station.limbs)
-    cdef int64_t count = frames.count if head.count == 0 else head.count
     cdef int64_t used, stop
     cdef float* positions
     cdef double time
-    if station.limbs + station.readers + station.phase == 0:
-        return _process_body(head, seat, &channels[0], station, room, frames, count)
-    while head.frame < count:
-        positions = frames.positions + (seat.begin + head.frame) * 3 * frames.joints
-        time = frames.times[seat.begin + head.frame]
-        while head.stage <= station.limbs:
-            if head.stage == 0:
-                if _is_any_full(channels, station.limbs):
-                    return WINDOW_FULL
-                stop = _step(&channels[0], room, room.measures, positions, &time, 1, &used)
+    if seat.limbs + seat.readers + seat.phase == 0:
+        return _run_body(seat, room, frames)
+    while seat.frame < frames.count:
+        positions = frames.positions + seat.frame * 3 * frames.joints
+        time = frames.times[seat.frame]
+        while seat.stage <= seat.limbs:
+            if seat.stage == 0:
+                if _is_any_full(seat):
+                    return BODY_FULL
+                stop = _step(&seat.parts[0], room, positions, &time, 1, &used)
             else:
-                stop = _step_limb(station, seat, channels, head.stage, room, &time)
+                stop = _step_limb(seat, room, &time)
             if stop == ANALYSIS_DUE:
-                if _analyse(head, station, &channels[head.stage], room.store, time):
+                if _analyse(seat, &seat.parts[seat.stage], room, time):
                     return ANALYSED
                 continue
-            if stop != DONE and (head.stage == 0 or stop != TAKE_ENDS):  # limbs' takes end with the body's
+            if stop != DONE and (seat.stage == 0 or stop != TAKE_ENDS):  # limbs' takes end with the body's
                 return stop
-            if head.stage > 0:
-                head.stage += 1
+            if seat.stage > 0:
+                seat.stage += 1
                 continue
-            head.stage = 1
-            if (<Row*>channels[0].row).clock.open == 0:  # a take begins with somebody
-                head.stage += station.limbs + station.readers
-            elif channels[0].is_taken == 0:
-                head.stage += station.limbs
-            elif station.limbs > 0:
-                _gather_limbs(station, seat, channels, positions)
-        while head.stage <= station.limbs + station.readers:
-            head.stage += 1
-            if _has_news(&readers[head.stage - station.limbs - 2], positions, frames.joints, time):
+            seat.stage = 1
+            if seat.parts[0].row.clock.open == 0:  # a take begins with somebody
+                seat.stage += seat.limbs + seat.readers
+            elif seat.parts[0].is_taken == 0:
+                seat.stage += seat.limbs
+            elif seat.limbs > 0:
+                _gather_limbs(seat, positions)
+        while seat.stage <= seat.limbs + seat.readers:
+            seat.stage += 1
+            if _has_news(&seat.followers[seat.stage - seat.limbs - 2], positions, frames.joints, time):
                 return READ
-        head.stage = 0
-        head.frame += 1
-        if station.phase == 1:
+        seat.stage = 0
+        seat.frame += 1
+        if seat.phase == 1:
             return PHASE
     return DONE
 
 
-cdef int64_t _process_body(
-    LoopHead* head, Seat* seat, Channel* body, Station* station, Room* room, Frames* frames, int64_t count
-) noexcept nogil:
+cdef int64_t _run_body(Seat* seat, Room* room, Frames* frames) noexcept nogil:
     """Do the same for a performer of whom nothing but the body is asked for: as many frames at once as there are."""
-    cdef int64_t here, used, stop
-    while head.frame < count:
-        if _is_any_full(body, 0):
-            return WINDOW_FULL
-        here = seat.begin + head.frame
+    cdef int64_t used, stop
+    while seat.frame < frames.count:
+        if _is_any_full(seat):
+            return BODY_FULL
         stop = _step(
-            body, room, room.measures, frames.positions + here * 3 * frames.joints, frames.times + here, count - head.frame, &used
+            &seat.parts[0], room, frames.positions + seat.frame * 3 * frames.joints, frames.times + seat.frame,
+            frames.count - seat.frame, &used,
         )
-        head.frame += used
+        seat.frame += used
         if stop == ANALYSIS_DUE:
-            if _analyse(head, station, body, room.store, frames.times[seat.begin + head.frame]):
+            if _analyse(seat, &seat.parts[0], room, frames.times[seat.frame]):
                 return ANALYSED
         elif stop != DONE:
             return stop
     return DONE
 
 
-cdef bint _is_any_full(Channel* channels, int64_t limbs) noexcept nogil:
+cdef bint _is_any_full(Seat* seat) noexcept nogil:
     """Tell whether body or limbs have no room for one more undecided key frame."""
     cdef int64_t i
-    cdef Row* row
-    for i in range(1 + limbs):
-        row = <Row*>channels[i].row
-        if row.window.undecided > row.plan.room:
+    for i in range(1 + seat.limbs):
+        if is_row_full(seat.parts[i].row):
             return True
     return False
 
 
 cdef int64_t _step(
-    Channel* channel, Room* room, Measure* measure, float* positions, double* times, int64_t count, int64_t* used
+    Part* part, Room* room, float* positions, double* times, int64_t count, int64_t* used
 ) noexcept nogil:
     """Process frames of the body or of a limb, with all that follows, until something happened.
 
     Args:
-        channel: Of the body, or of the limb.
+        part: The body, or the limb.
         room: To work in.
-        measure: Its similarity.
         positions: (count, J, 3) m.
         times: (count,) s.
         count: How many there are.
@@ -157,39 +163,37 @@ cdef int64_t _step(
     Returns:
         What the caller must do; DONE if nothing need be done.
     """
-    cdef Row* row = <Row*>channel.row
+    cdef Row* row = part.row
     cdef Clock* clock = &row.clock
     cdef int64_t stop, was_open
     cdef double before
     used[0] = 0
-    if room.events.at[0].row + row.plan.most_events + 1 >= room.events.count:
-        return BUFFER_FULL
+    if room.used + row.plan.most_events + 1 > room.events.count:
+        return EVENTS_FULL
     was_open, before = clock.open, clock.taken_time
-    stop = advance(row, measure, positions, times, count, used)
-    channel.is_taken = clock.open == 1 and (was_open == 0 or clock.taken_time != before)
-    if was_open == 0 and clock.open == 1 and channel.first < 0:
+    stop = advance(row, part.measure, positions, times, count, used)
+    part.is_taken = clock.open == 1 and (was_open == 0 or clock.taken_time != before)
+    if was_open == 0 and clock.open == 1 and part.first < 0:
         put_start(clock, room.events)
     if stop == HAPPENED:
-        step_window(row, measure, room.scratch, room.events, FOLLOW)
+        step_window(row, part.measure, room.scratch, room.events, FOLLOW)
         stop = DONE
     return stop
 
 
-cdef void _gather_limbs(Station* station, Seat* seat, Channel* channels, float* positions) noexcept nogil:
+cdef void _gather_limbs(Seat* seat, float* positions) noexcept nogil:
     """Set the joints of all limbs, and their clocks, after the body processed a frame."""
-    cdef int64_t* order = <int64_t*>(seat.station + station.order)
-    cdef float* frame = <float*>(seat.station + station.frame)
-    cdef Row* body = <Row*>channels[0].row
+    cdef Row* body = seat.parts[0].row
     cdef Row* limb
     cdef int64_t i, k, axis
-    for k in range(station.joints):
-        if order[k] >= 0:
+    for k in range(seat.joints):
+        if seat.order[k] >= 0:
             for axis in range(3):
-                frame[3 * k + axis] = positions[3 * order[k] + axis]
+                seat.positions[3 * k + axis] = positions[3 * seat.order[k] + axis]
         else:
-            put_middle(body, frame + 3 * k)
-    for i in range(1, 1 + station.limbs):
-        limb = <Row*>channels[i].row
+            put_middle(body, seat.positions + 3 * k)
+    for i in range(1, 1 + seat.limbs):
+        limb = seat.parts[i].row
         if limb.clock.open == 1:  # frames that the body passed over are no pause
             limb.clock.time = max(limb.clock.time, body.clock.time - 0.5 * limb.plan.max_pause)
         else:
@@ -197,38 +201,33 @@ cdef void _gather_limbs(Station* station, Seat* seat, Channel* channels, float* 
         limb.clock.next_frame = body.clock.used_frame
 
 
-cdef int64_t _step_limb(
-    Station* station, Seat* seat, Channel* channels, int64_t i, Room* room, double* time
-) noexcept nogil:
-    """Process the frame of limb i, which knows what is counted of its body by then."""
-    cdef Row* limb = <Row*>channels[i].row
-    cdef Row* body = <Row*>channels[0].row
+cdef int64_t _step_limb(Seat* seat, Room* room, double* time) noexcept nogil:
+    """Process the frame of the limb that is next, which knows what is counted of its body by then."""
+    cdef Part* limb = &seat.parts[seat.stage]
+    cdef int64_t used
+    adopt_periods(limb.row, seat.parts[0].row)
+    return _step(limb, room, seat.positions + 3 * limb.first, time, 1, &used)
+
+
+cdef inline void adopt_periods(Row* limb, Row* body) noexcept nogil:
+    """Let a limb know what is counted of its body, if that matters and is new."""
     cdef Periods* own
     cdef Periods* counted
-    cdef int64_t used
     if limb.plan.adopts == 1 and body.plan.repetitions == 1:
-        own = <Periods*>(channels[i].row + limb.at.adopted)
-        counted = <Periods*>(channels[0].row + body.at.periods)
+        own, counted = adopted_of(limb), periods_of(body)
         if own.analysed != counted.analysed or own.origin != counted.origin:
             copy_periods(own, counted)
-    return _step(
-        &channels[i], room, &room.measures[i], <float*>(seat.station + station.frame) + 3 * channels[i].first, time, 1, &used
-    )
 
 
-cdef bint _analyse(LoopHead* head, Station* station, Channel* channel, Bytes store, double time) noexcept nogil:
+cdef bint _analyse(Seat* seat, Part* part, Room* room, double time) noexcept nogil:
     """Analyse what is repeated before a frame, and tell whether somebody asks for what that brought."""
-    cdef Row* row = <Row*>channel.row
-    cdef uint8_t* counted = <uint8_t*>(channel.row + row.at.counted)
-    head.changed = analyse_repetitions(counted, row.at.adopted - row.at.counted, store.at, store.count, NULL, 0, time)
-    return channel.heed == ALL_ANALYSES or (channel.heed == CHANGES and head.changed == 1)
+    seat.changed = analyse_repetitions(<uint8_t*>counting_of(part.row), room.store.at, time)
+    return part.heed == ALL_ANALYSES or (part.heed == CHANGES and seat.changed == 1)
 
 
-cdef bint _has_news(Reader* reader, float* positions, int64_t joints, double time) noexcept nogil:
+cdef bint _has_news(Follower* reader, float* positions, int64_t joints, double time) noexcept nogil:
     """Show a frame to a reader if it is due, and tell whether it has events."""
     cdef double due = (<double*>reader.state)[0]
     if due - BACK <= time < due:
         return False
-    return (<See>reader.call)(
-        <uint8_t*>reader.state, reader.state_bytes, <uint8_t*>reader.store, reader.store_bytes, positions, joints, time
-    ) == 1
+    return reader.see(reader.state, reader.store, positions, joints, time) == 1

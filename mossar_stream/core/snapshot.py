@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.core.kernels import CYCLES, Channel
 from mossar_stream.core.plan import Plan
 from mossar_stream.core.row import records
 from mossar_stream.core.validation import is_sound
@@ -26,7 +27,7 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MAGIC = b"MOSSAR\x00"
-SNAPSHOT_VERSION = 30  # the next one whenever rows are laid out, or their numbers are meant, otherwise
+SNAPSHOT_VERSION = 31  # the next one whenever rows are laid out, or their numbers are meant, otherwise
 HEADER_BYTES = len(MAGIC) + 1 + 32
 
 
@@ -76,6 +77,24 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     poses: bytes | None = None
     numbers: Numbers = Numbers()
 
+    def give_repetitions(self, channel: Channel) -> None:
+        """Let the body or a limb go on with what was reported of repetitions, if a take is open.
+
+        Raises:
+            SnapshotError: If it does not fit what is counted.
+        """
+        if not channel.plan.reports_repetitions or not channel.is_open:
+            return
+        known = self.repetitions
+        if known is None or not 0 <= known.total <= channel.repetitions or len(known.revisions) > 2 * CYCLES:
+            raise SnapshotError("the snapshot's repetitions contradict themselves")
+        channel.go_on_from(known.total, known.revisions, known.phase)
+
+
+def reported_of(channel: Channel) -> Reported | None:
+    """Return what was reported of repetitions in the body or a limb; None if nothing is to be."""
+    return Reported(*channel.reported) if channel.plan.reports_repetitions else None
+
 
 class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     settings: Settings
@@ -112,8 +131,7 @@ def pack_snapshot(
         plan.user_settings,
         plan.skeleton,
         plan.fps,
-        plan.shape.ring,
-        plan.shape.room,
+        *plan.sizes[:2],
         performer,
         level,
         pending,
@@ -163,12 +181,13 @@ def unpack_snapshot(
         groups_of(content.skeleton, content.settings.limbs)
     except (msgspec.MsgspecError, FrameError, SettingsError, ValueError) as error:
         raise SnapshotError(f"the snapshot cannot be read: {error}") from None
-    row = np.frombuffer(content.row, np.uint8).copy()
-    if len(row) != plan.row_bytes:
+    if len(content.row) != plan.row_bytes:
         raise SnapshotError(
-            f"the snapshot's state has {len(row)} bytes; its settings call for {plan.row_bytes}"
+            f"the snapshot's state has {len(content.row)} bytes; its settings call for {plan.row_bytes}"
         )
-    plan.prepare(row, 0)
+    row = plan.new_row()
+    row[:] = np.frombuffer(content.row, np.uint8)
+    plan.prepare(row)
     records(row)["plan"]["beta"] = level
     if not is_sound(row, plan):
         raise SnapshotError("the snapshot's state contradicts itself")

@@ -101,21 +101,38 @@ def swing_range_of(cnp.ndarray scores, cnp.ndarray counts, /):
     return swing_range(own, own.count, ints32(<int32_t*>cnp.PyArray_DATA(counts), len(counts)))
 
 
-def advance_row(cnp.ndarray row, cnp.ndarray measure, cnp.ndarray positions, cnp.ndarray times, /):
-    """Process frames of a performer until something happens; return what, and how many were processed.
+def step_body(Performer performer, cnp.ndarray positions, cnp.ndarray times, /):
+    """Process frames of a body until something happens; return what, and how many were processed.
 
     Args:
-        row: Bytes of the performer.
-        measure: (1,) Measure.
+        performer: Whose body it is.
         positions: (n, J, 3) float32 m.
         times: (n,) float64 s.
     """
+    cdef Part* body = performer.seat.parts
     cdef int64_t used = 0
     cdef int64_t stop = advance(
-        <Row*>cnp.PyArray_DATA(row), <Measure*>cnp.PyArray_DATA(measure), floats_at(positions),
-        doubles_at(times), len(times), &used,
+        body.row, body.measure, floats_at(positions), doubles_at(times), len(times), &used
     )
     return stop, used
+
+
+def step_events(Performer performer, /):
+    """Do what follows from a frame in which something happened; the events lie in the buffer."""
+    cdef Part* body = performer.seat.parts
+    cdef Room* room = &performer.workspace.room
+    room.events.performer = 0
+    step_window(body.row, body.measure, room.scratch, room.events, FOLLOW)
+
+
+def hand_out_events(Performer performer, /):
+    """Let the events that lie in the buffer wait at the performer."""
+    performer.workspace.hand_out([performer])
+
+
+def analyse_body(Performer performer, double time, /):
+    """Analyse what is repeated, as is due before a time, s."""
+    analyse_repetitions(<uint8_t*>counting_of(performer.body().row), performer.workspace.room.store.at, time)
 
 
 def split_frames(cnp.ndarray row, cnp.ndarray positions, cnp.ndarray times, int64_t until, /):
@@ -208,11 +225,11 @@ TESTED_CONSTANTS = {
     "ANALYSIS_INTERVAL": ANALYSIS_INTERVAL,
     "BEGINNING": BEGINNING,
     "BINS": BINS,
+    "CACHE_LINE": CACHE_LINE,
     "DEVIATIONS": DEVIATIONS,
     "DOUBLING": DOUBLING,
     "DOUBT": DOUBT,
     "ENDS": ENDS,
-    "FOLLOW": FOLLOW,
     "HAPPENED": HAPPENED,
     "INTERVAL": INTERVAL,
     "LEAST_EXTENT": LEAST_EXTENT,
@@ -223,6 +240,7 @@ TESTED_CONSTANTS = {
     "MEAN_TIME": MEAN_TIME,
     "MEAN_X": MEAN_X,
     "MEMORY": MEMORY,
+    "MORE_ROOM": MORE_ROOM,
     "MOST_RAISED": MOST_RAISED,
     "NEAREST_END": NEAREST_END,
     "OFF_BOUND": OFF_BOUND,

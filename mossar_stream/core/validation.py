@@ -25,7 +25,8 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         row: Bytes of the row, as long as the plan says, prepared.
         plan: Of the row.
     """
-    state, shape = records(row), plan.shape
+    state = records(row)
+    sizes = state["plan"]
     if state["clock"]["open"] == 0:
         return True  # a new take sets everything
     undecided = int(state["window"]["undecided"])
@@ -33,25 +34,25 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
     candidates = int(state["window"]["ordinal"]) if plan.traits.has_features else 0
     limits = {
         ("clock", "open"): (1, 1),
-        ("joints", "moving"): (1, shape.joints),  # costs are divided by it
+        ("joints", "moving"): (1, sizes["joints"]),  # costs are divided by it
         ("joints", "arrived"): (0, 1),
-        ("velocity", "head"): (0, shape.ring - 1),
-        ("velocity", "filled"): (0, shape.ring),
+        ("velocity", "head"): (0, sizes["ring"] - 1),
+        ("velocity", "filled"): (0, sizes["ring"]),
         ("activity", "moving"): (0, 1),
         ("activity", "changed"): (0, 0),
-        ("activity", "joint"): (-1, shape.joints - 1),
-        ("activity", "bouts"): (0, shape.bouts),
-        ("average", "head"): (0, max(0, shape.smoothing_window - 1)),
-        ("average", "filled"): (0, max(0, shape.smoothing_window)),
-        ("history", "head"): (0, shape.history - 1),
-        ("history", "filled"): (0, shape.history),
+        ("activity", "joint"): (-1, sizes["joints"] - 1),
+        ("activity", "bouts"): (0, sizes["bouts"]),
+        ("average", "head"): (0, max(0, sizes["average_size"] - 1)),
+        ("average", "filled"): (0, max(0, sizes["average_size"])),
+        ("history", "head"): (0, sizes["history_size"] - 1),
+        ("history", "filled"): (0, sizes["history_size"]),
         ("labels", "candidates"): (candidates, candidates),
         ("labels", "labelled"): (max(0, candidates - MOST_UNLABELLED), candidates),
-        ("window", "undecided"): (0, shape.window),
+        ("window", "undecided"): (0, sizes["capacity"]),
         ("window", "ordinal"): (undecided, 2**60),
         ("window", "has_before"): (0, 1),
         ("open_segment", "closed"): (-1, -1),
-        ("open_segment", "fed"): (0, shape.slots - 1),
+        ("open_segment", "fed"): (0, sizes["slot_count"] - 1),
     }
     within = (low <= int(state[record][name]) <= high for (record, name), (low, high) in limits.items())
     if state["curve"]["found"]["happened"] != 0 or not all(within):
@@ -61,45 +62,46 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         return False
     prepared = np.zeros(1, RECORDS["Counting"])[0]
     prepare(prepared, plan.skeleton, plan.channel)
-    for own in region(row, shape, "counted"):
+    for own in region(row, "counted"):
         follows = own["begun"] == 1 and own["latest"] == state["clock"]["taken_time"]
         if not (follows and counting_is_sound(own, prepared)):
             return False
-    periods = [*region(row, shape, "periods"), *region(row, shape, "adopted")]
+    periods = [*region(row, "periods"), *region(row, "adopted")]
     if not all(0 <= int(one["cycles"]) <= CYCLES for one in periods):
         return False
-    live = region(row, shape, "body").reshape(-1, LINES, PAGE)[:, LIVE // PAGE]
+    live = region(row, "body").reshape(-1, LINES, PAGE)[:, LIVE // PAGE]
     if not np.isin(live, (0.0, 1.0)).all():
         return False
-    return _slots_are_shared_out(row, plan) and _keys_follow_each_other(row, plan)
+    return _slots_are_shared_out(row, plan) and _keys_follow_each_other(row)
 
 
 def _slots_are_shared_out(row: NDArray[np.uint8], plan: Plan) -> bool:
     """Tell whether every slot is used once or free, and holds a summary."""
-    state, shape = records(row), plan.shape
+    state = records(row)
+    sizes = state["plan"]
     window, segment, unused_count = (
         state["window"],
         state["open_segment"],
         int(state["slots"]["unused_count"]),
     )
-    unused, order = region(row, shape, "unused"), region(row, shape, "order")
+    unused, order = region(row, "unused"), region(row, "order")
     used = [int(segment[name]) for name in ("settled", "since", "run")]
     used += order[: int(window["undecided"])].tolist()
     used += [int(window["before"])] if window["has_before"] else []
-    if unused_count != shape.slots - len(used):
+    if unused_count != sizes["slot_count"] - len(used):
         return False
     used += unused[:unused_count].tolist()
-    summaries = region(row, shape, "summaries").reshape(shape.slots, shape.slot)
-    return sorted(used) == list(range(shape.slots)) and similarity.are_sound(
+    summaries = region(row, "summaries").reshape(sizes["slot_count"], sizes["slot"])
+    return sorted(used) == list(range(sizes["slot_count"])) and similarity.are_sound(
         plan.settings, plan.params, summaries
     )
 
 
-def _keys_follow_each_other(row: NDArray[np.uint8], plan: Plan) -> bool:
+def _keys_follow_each_other(row: NDArray[np.uint8]) -> bool:
     """Tell whether the undecided key frames are numbered through and refer to one another."""
     window = records(row)["window"]
     count, left = int(window["undecided"]), int(window["left_ordinal"])
-    keys = region(row, plan.shape, "keys")[:count]
+    keys = region(row, "keys")[:count]
     first = int(window["ordinal"]) - count
     numbers, before = keys["ordinal"], keys["before"]
     earlier = (before >= first) & (before < numbers)

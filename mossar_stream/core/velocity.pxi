@@ -82,6 +82,25 @@ cdef inline double travel(
     return velocity.travelled * PATH_UNIT
 
 
+cdef void unroll_velocity(
+    Velocity* velocity, Doubles ring_time, Ints ring_step, double* times, int64_t* steps
+) noexcept nogil:
+    """Copy the window to the beginning of a ring with more places.
+
+    Args:
+        velocity: VELOCITY, of the new ring from then on.
+        ring_time: (ring,) s.
+        ring_step: (ring,) 2^-40 m.
+        times: Set.
+        steps: Set.
+    """
+    cdef int64_t i, place = _oldest(velocity, ring_time.count)
+    for i in range(velocity.filled):
+        times[i], steps[i] = ring_time.at[place], ring_step.at[place]
+        place = place + 1 if place + 1 < ring_time.count else 0
+    velocity.head = velocity.filled
+
+
 cdef double moving_average(Average* average, Ints values, double velocity) noexcept nogil:
     """Return the mean of the last velocities, as many as there are places, fewer at the start (wSize).
 

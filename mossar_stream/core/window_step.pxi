@@ -24,7 +24,7 @@ cdef void step_window(Row* state, Measure* params, Bytes scratch, EventSpan even
     Args:
         state: The performer's.
         params: Of the similarity measure.
-        scratch: Of `new_scratch`.
+        scratch: As many bytes as `scratch_size` says.
         events: The event buffer, with room for `most_events`.
         reason: FOLLOW after a frame at which the frame step stopped, LEVEL after the level moved, END to end the
             take: RANK to close its last segment and rank all key frames, then DECIDE.
@@ -40,7 +40,7 @@ cdef void step_window(Row* state, Measure* params, Bytes scratch, EventSpan even
         relabel(&w)
         set_due_time(&w)
     elif reason == FOLLOW:
-        begin = w.events.at[0].row
+        begin = w.events.used[0]
         if state.activity.changed == 1:
             put_activity(w.clock, w.events, &state.activity)
         _say_what_was_found(&w, &segment, state)
@@ -58,7 +58,7 @@ cdef void step_window(Row* state, Measure* params, Bytes scratch, EventSpan even
 
 
 cdef inline Window _window_of(Row* row, Measure* params, Bytes scratch, EventSpan events) noexcept nogil:
-    """Return where everything lies in a row, the scratch and the event buffer, as the plan and `new_scratch` say."""
+    """Return where everything lies in a row, the scratch and the event buffer, as the plan and `scratch_size` say."""
     cdef uint8_t* begin = <uint8_t*>row
     cdef Plan* plan = &row.plan
     cdef Places* at = &row.at
@@ -89,8 +89,13 @@ cdef inline Window _window_of(Row* row, Measure* params, Bytes scratch, EventSpa
     return w
 
 
+cdef int64_t scratch_size(Plan* plan) noexcept nogil:
+    """Return the bytes of the arrays to work in."""
+    return 8 * ((plan.capacity + SPARE_SUMMARIES) * plan.slot + 2 * plan.padded_joints + 12 * (plan.capacity + 4))
+
+
 cdef inline Scratch _scratch_of(Plan* plan, Bytes memory) noexcept nogil:
-    """Return where the arrays to work in lie in the bytes of `new_scratch`."""
+    """Return where the arrays to work in lie in the bytes of a scratch of `scratch_size`."""
     cdef int64_t rows = plan.capacity + SPARE_SUMMARIES
     cdef int64_t places = plan.capacity + 4
     cdef float* pose = <float*>(memory.at + 8 * rows * plan.slot)
@@ -197,7 +202,7 @@ cdef inline void _decide_what_is_due(Window* w, OpenSegment* segment, Curve* cur
     end_frame = curve.candidate if curve.candidate >= 0 else curve.run_frame
     last = begin + w.plan.most_events - (4 * w.plan.capacity + 12)  # with room for one more decision
     while is_due(w):
-        if w.events.at[0].row >= last:
+        if w.events.used[0] >= last:
             break
         clear = _is_clear(w)
         if open_slot == NO_SLOT and (w.keys.at[0].kept == 1 or not clear):

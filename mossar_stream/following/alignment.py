@@ -1,31 +1,16 @@
 """Alignment: a performer's frames in, follow events out."""
 
-import math
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.kernels import (
-    MOVE_BEGUN,
-    MOVE_DONE,
-    MOVE_GOES_ON,
-    MOVE_LEFT,
-    MOVE_UNCHANGED,
-    RECORDS,
-    address_of_follow_frame,
-    begin_following,
-    evaluate,
-    finish_take,
-    follow_memory_bytes,
-    follow_memory_parts,
-)
+from mossar_stream.core.kernels import FollowReader, follow_memory_bytes, follow_memory_parts
 from mossar_stream.errors import MovesError, SnapshotError
-from mossar_stream.events import Event, FollowEvent, FollowStatus
-from mossar_stream.following.bank import bank_of, extents_of, make_bank
+from mossar_stream.following.bank import extents_of, make_bank
 from mossar_stream.following.bones import shared_bones
-from mossar_stream.following.certainty import certainty
 from mossar_stream.following.validation import is_sound
 from mossar_stream.moves.moves import Moves, copy_of
 from mossar_stream.moves.parts import parts_of
@@ -33,15 +18,6 @@ from mossar_stream.settings import Settings
 from mossar_stream.skeleton import Skeleton
 
 Follow = bool | tuple[str, ...]  # names of moves; True for all
-FOLLOW_STATUS_BY_CODE: dict[int, FollowStatus] = {
-    MOVE_BEGUN: "begun",
-    MOVE_GOES_ON: "progress",
-    MOVE_DONE: "done",
-    MOVE_LEFT: "left",
-}
-FOLLOW_REPORT = RECORDS["FollowReport"]
-MOVES_LEAST = 0.2  # extent, as a chord, from which a limb moves in an example
-FAIR = 15.0  # degrees of deviation at which the score is a half
 
 
 class FollowState(msgspec.Struct, frozen=True):
@@ -103,7 +79,7 @@ def alignment_of(
     return Alignment(moves, names, skeleton, settings, performer, store) if names else None
 
 
-class Alignment:
+class Alignment(FollowReader):
     """What follows one performer's performances of moves that were shown; all its memory has a fixed size.
 
     Args:
@@ -131,52 +107,26 @@ class Alignment:
         self.moves = copy_of(moves)
         self.names = names
         self._skeleton = skeleton
-        self._settings = settings
-        self._performer = performer
+        self.performer = performer
         shown = self.moves
         bones = shared_bones(shown.skeleton, skeleton)
         self.store = make_bank(shown, names, skeleton, settings.up) if store is None else store
         self._places = _places(shown, names)
-        self._ends = [skeleton.names[max(0, bones.streamed[bone.end].one)] for bone in bones.bones]
-        self._limb_names = bones.limbs
-        self._limbs = {
+        self.ends = [skeleton.names[max(0, bones.streamed[bone.end].one)] for bone in bones.bones]
+        self.limbs = {
             name: np.array([b for b, bone in enumerate(bones.bones) if bone.limb == i])
             for i, name in enumerate(bones.limbs)
         }
-        self._examples = bank_of(self.store)["examples"]
-        self._extents = [self._extent(box) for box in extents_of(self.store)]
+        self.extents = [self.extent(box) for box in extents_of(self.store)]
         self.state = np.zeros(follow_memory_bytes(self.store), np.uint8)
         parts = parts_of(self.state, follow_memory_parts(self.store))
         self._state, self._moves, self._happened = parts["state"], parts["moves"], parts["happened"]
-        self._reports, self._boxes = parts["reports"], parts["boxes"]
-        self.reported: None = None
-        self._begin()
-        self.address = address_of_follow_frame()
+        self.boxes, self.every = parts["boxes"], settings.follow_every
+        self.begin()
 
-    def _begin(self) -> None:
-        """Begin anew, as for a take."""
-        begin_following(self.state, self.store)
-        self._state["every"] = self._settings.follow_every
-
-    def adopt(self, settings: Settings, take: int, pending: list[Event]) -> "Alignment":
-        """Go on with other settings; if another axis points upwards, what is being made is given up.
-
-        Args:
-            settings: From now on.
-            take: Number of the take that is open.
-            pending: Gets the events.
-
-        Returns:
-            What follows the frames to come.
-        """
-        if settings.up == self._settings.up:
-            self._settings = settings
-            self._state["every"] = settings.follow_every
-            return self
-        self.decide(take, pending)
-        fresh = Alignment(self.moves, self.names, self._skeleton, settings, self._performer)
-        fresh.count_on_from(*self.numbers)
-        return fresh
+    def with_upward_axis(self, settings: Settings) -> "Alignment":
+        """Return what follows the same moves if another axis points upwards; it has seen nothing."""
+        return Alignment(self.moves, self.names, self._skeleton, settings, self.performer)
 
     def count_on_from(self, number: int, counts: Mapping[str, int]) -> None:
         """Number performances on from those of another alignment in the same take.
@@ -191,119 +141,20 @@ class Alignment:
     @property
     def numbers(self) -> tuple[int, dict[str, int]]:
         """The number of the latest performance, and how many are done of each name, in this take."""
-        counts = self._moves["count"].tolist()
-        return int(self._state["number"][0]), dict(zip(self.names, counts, strict=True))
+        return self.counted()
 
     @property
     def following(self) -> dict[str, FollowState | None]:
         """Where the performer is in each followed move at the last frame; None where it is not being made."""
-        return {name: self._now(m) if self._moves[m]["active"] else None for m, name in enumerate(self.names)}
+        found = {name: self.now(m) for m, name in enumerate(self.names)}
+        return {name: None if now is None else self._placed(now) for name, now in found.items()}
 
-    def report(self, take: int, _origin: NDArray[np.float64] | None = None) -> tuple[list[Event], None]:
-        """Return the events of the last frame.
-
-        Args:
-            take: Number of the take that is open.
-        """
-        happened = self._happened.tolist()
-        return [self._event(m, take, what) for m, what in enumerate(happened) if what != MOVE_UNCHANGED], None
-
-    def decide(self, take: int, pending: list[Event]) -> None:
-        """Decide what is being made; `pending` gets the events."""
-        self._decide(take, pending, begins=False)
-
-    def end(self, take: int, pending: list[Event]) -> None:
-        """Decide everything as a take ends, and begin anew; `pending` gets the events."""
-        self._decide(take, pending, begins=True)
-
-    def _decide(self, take: int, pending: list[Event], *, begins: bool) -> None:
-        """Decide what is being made, as a whole or not at all."""
-        before = self.state.copy()
-        try:
-            finish_take(self.state, self.store)
-            events, _ = self.report(take)
-            if begins:
-                self._begin()
-            self._happened[:] = MOVE_UNCHANGED
-        except BaseException:
-            self.state[:] = before
-            raise
-        pending += events
-
-    def _now(self, m: int) -> FollowState:
-        evaluate(self.state, self.store, m)
-        report, limbs = self._report(m)
-        return FollowState(
-            example=self._places[int(report["example"])],
-            count=int(report["count"]),
-            start=report["start"],
-            time=report["time"],
-            progress=report["progress"],
-            tempo=report["tempo"],
-            certainty=certainty(report),
-            deviation=report["deviation"],
-            limbs=limbs,
-            joint=self._joint(report),
-        )
-
-    def _report(self, m: int) -> tuple[dict[str, float], dict[str, float]]:
-        """Return what is reported of a move, and the deviation of each limb that was not hidden for too long."""
-        numbers = self._reports[m].tolist()
-        names = FOLLOW_REPORT.names or ()
-        limbs = zip(self._limb_names, numbers[len(names) :], strict=True)
-        return (
-            dict(zip(names, numbers[: len(names)], strict=True)),
-            {name: angle for name, angle in limbs if not math.isnan(angle)},
-        )
-
-    def _joint(self, report: Mapping[str, float]) -> str:
-        """Return the joint at the end of the bone that strays farthest."""
-        bone = int(report["joint"])
-        return self._ends[bone] if bone >= 0 else ""
-
-    def _event(self, m: int, take: int, what: int) -> FollowEvent:
-        report, limbs = self._report(m)
-        done = what == MOVE_DONE
-        deviation = report["deviation"]
-        return FollowEvent(
-            performer=self._performer,
-            id=f"{self._performer}/follow/{take}/{int(report['number'])}",
-            rev=int(report["rev"]),
-            name=self.names[m],
-            status=FOLLOW_STATUS_BY_CODE[what],
-            take=take,
-            count=int(report["count"]),
-            start=report["start"],
-            time=report["time"],
-            progress=report["progress"],
-            tempo=report["tempo"],
-            certainty=1.0 if done else 0.0 if what == MOVE_LEFT else certainty(report),
-            deviation=deviation,
-            limbs=limbs,
-            joint=self._joint(report),
-            range=self._range(m, limbs) if done else None,
-            score=round(1.0 / (1.0 + (deviation / FAIR) ** 2), 3) if done else None,
-            decided_time=float(self._state["time"][0]),
-        )
-
-    def _range(self, m: int, judged: Container[str]) -> dict[str, float]:
-        """Return the extent of each judged limb's path relative to the example's; of limbs that move in the example."""
-        went = self._extent(self._boxes[m, 1] - self._boxes[m, 0])
-        shown = self._extents[int(self._moves[m]["example"])]
-        return {
-            name: round(went[name] / far, 3)
-            for name, far in shown.items()
-            if far >= MOVES_LEAST and name in judged
-        }
-
-    def _extent(self, box: NDArray[np.float32]) -> dict[str, float]:
-        """Return the extent of each limb's directions, of those of bones, (B, 3)."""
-        squares = (box**2).sum(axis=1)
-        return {name: math.sqrt(float(squares[own].mean())) for name, own in self._limbs.items()}
+    def _placed(self, now: dict[str, Any]) -> FollowState:
+        return FollowState(**{**now, "example": self._places[now["example"]]})
 
     def to_bytes(self) -> bytes:
         """Return what is known of the performer, for a snapshot."""
-        self._happened[:] = MOVE_UNCHANGED
+        self._happened[:] = 0
         return self.state.tobytes()
 
     def go_on_from(self, content: bytes) -> None:
@@ -320,7 +171,7 @@ class Alignment:
         if not is_sound(fresh, self.store):
             raise SnapshotError("the snapshot's state of followed moves contradicts itself")
         self.state[:] = fresh
-        self._state["every"] = self._settings.follow_every
+        self.set_every(self.every)
 
 
 def _places(moves: Moves, names: tuple[str, ...]) -> list[int]:

@@ -8,17 +8,7 @@ CONSTANTS.update({
     "MOST_PHASES": MOST_PHASES,
     "LAYERS": LAYERS,
     "CAP": CAP,
-    "MOVE_UNCHANGED": MOVE_UNCHANGED,
-    "MOVE_BEGUN": MOVE_BEGUN,
-    "MOVE_GOES_ON": MOVE_GOES_ON,
-    "MOVE_DONE": MOVE_DONE,
-    "MOVE_LEFT": MOVE_LEFT,
 })
-
-
-def address_of_follow_frame():
-    """Return the address of the function that a reader of followed moves has."""
-    return <size_t><void*>&follow_frame
 
 
 def follow_bank_bytes(int64_t points, int64_t bones, cnp.ndarray phases, /):
@@ -109,23 +99,6 @@ def follow_cell_parts(cnp.ndarray store, int64_t t, /):
         "costs": (<uint8_t*>cells.costs.at - NOWHERE, "float32", (LAYERS, cells.costs.columns)),
         "steps": (<uint8_t*>cells.steps.at - NOWHERE, "uint8", (cells.steps.rows, cells.steps.columns)),
     }
-
-
-def begin_following(cnp.ndarray memory, cnp.ndarray store, /):
-    """Set the memory of a performer to what it is before the first frame of a take, but for `every`."""
-    cdef FollowBank bank
-    bank = open_follow_bank(<uint8_t*>cnp.PyArray_DATA(store))
-    begin_follow_memory(<uint8_t*>cnp.PyArray_DATA(memory), &bank)
-
-
-def finish_take(cnp.ndarray memory, cnp.ndarray store, /):
-    """Decide everything at the end of a take; see `happened` of the moves."""
-    finish_following(<uint8_t*>cnp.PyArray_DATA(memory), <uint8_t*>cnp.PyArray_DATA(store))
-
-
-def evaluate(cnp.ndarray memory, cnp.ndarray store, int64_t m, /):
-    """Write what is to be reported of a move that is being made."""
-    evaluate_move(<uint8_t*>cnp.PyArray_DATA(memory), <uint8_t*>cnp.PyArray_DATA(store), m)
 
 
 RECORDS.update(record_types(MOSSAR_RECORDS.decode(), {

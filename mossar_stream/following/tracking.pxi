@@ -34,16 +34,13 @@ cdef enum:  # what happened to a move
 
 
 cdef int64_t follow_frame(
-    uint8_t* memory, int64_t memory_bytes, uint8_t* store, int64_t store_bytes,
-    float* positions, int64_t joints, double time,
+    uint8_t* memory, uint8_t* store, float* positions, int64_t joints, double time
 ) noexcept nogil:
     """Process a frame; a function as readers have it.
 
     Args:
         memory: Of the performer.
-        memory_bytes: Its size.
         store: The bank.
-        store_bytes: Its size.
         positions: (joints, 3) m; NaN where a joint is missing.
         joints: How many there are.
         time: s.

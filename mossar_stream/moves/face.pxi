@@ -4,10 +4,6 @@ A part is described by its offset in bytes, the name of its record or number typ
 """
 
 CONSTANTS.update({
-    "CONFIRMED": CONFIRMED,
-    "FINAL": FINAL,
-    "WITHDRAWN": WITHDRAWN,
-    "EXPLAINED": EXPLAINED,
     "MOST": MOST,
     "STRICT_WORTH": STRICT_WORTH,
     "LEAD_WORTH": LEAD_WORTH,
@@ -16,11 +12,6 @@ CONSTANTS.update({
     "AVERAGED": AVERAGED,
     "ONSET": ONSET,
 })
-
-
-def address_of_recognise():
-    """Return the address of the function that a reader of moves has."""
-    return <size_t><void*>&recognise
 
 
 def move_numbers(int64_t joints, /):

@@ -105,17 +105,25 @@ cdef MoveMemory open_move_memory(uint8_t* memory, MoveStore* head) noexcept nogi
     return known
 
 
+cdef void begin_move_memory(MoveMemory* known, int64_t moves) noexcept nogil:
+    """Set the memory to that of a performer who has not been seen."""
+    cdef RecognitionState* state = known.state
+    cdef int64_t m
+    memset(<uint8_t*>state, 0, known.end - <uint8_t*>state)
+    state.due = -INFINITY
+    state.found.move = state.before.move = state.nearest.move = state.nearest.second = -1
+    for m in range(moves):
+        known.last_times[m] = -INFINITY
+
+
 cdef int64_t recognise(
-    uint8_t* memory, int64_t memory_bytes, uint8_t* store, int64_t store_bytes,
-    float* positions, int64_t joints, double time,
+    uint8_t* memory, uint8_t* store, float* positions, int64_t joints, double time
 ) noexcept nogil:
     """Process a frame; a function as readers have it.
 
     Args:
         memory: Of the performer.
-        memory_bytes: Its size.
         store: The examples.
-        store_bytes: Its size.
         positions: (joints, 3) m; NaN where a joint is missing.
         joints: How many there are.
         time: s.

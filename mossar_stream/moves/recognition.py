@@ -8,28 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.kernels import (
-    CONFIRMED,
-    EXPLAINED,
-    FINAL,
-    LEAD_COUNTED,
-    LEAD_WORTH,
-    WITHDRAWN,
-    address_of_recognise,
-)
+from mossar_stream.core.kernels import MoveReader
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import Event, MoveEvent, MoveStatus
 from mossar_stream.moves.bank import store_of
-from mossar_stream.moves.explaining import REASONS, Explanation
+from mossar_stream.moves.explaining import REASONS
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.moves.moves import Moves, copy_of
 from mossar_stream.moves.recogniser import memory_of, new_memory
 from mossar_stream.skeleton import Skeleton
 
-WHOLE_BODY = "body"
 
-
-class Recognition:
+class Recognition(MoveReader):
     """What recognises the moves of one performer.
 
     Args:
@@ -49,14 +38,12 @@ class Recognition:
         self.moves = copy_of(moves)
         self.names = moves.reported
         self.store = moves.store(skeleton) if store is None else store
-        self._performer = performer
-        self._limbs = tuple(limbs_of(skeleton))
+        self.performer = performer
+        self.limbs = tuple(limbs_of(skeleton))
         self._joints = int(store_of(self.store)["head"][0]["joints"])
         self.state = new_memory(self._joints, len(self.names))
-        self._explained = moves.explained
+        self.explained = moves.explained
         self._state: Any = self.parts()["state"][0]
-        self.reported: None = None
-        self.address = address_of_recognise()
 
     def parts(self, memory: NDArray[np.uint8] | None = None) -> dict[str, NDArray[Any]]:
         """Return views of the parts of a memory as large as this performer's, or of this one."""
@@ -71,58 +58,6 @@ class Recognition:
     def digest(self) -> bytes:
         """What tells these moves from others."""
         return hashlib.sha256(self.moves_text).digest()
-
-    def report(self, take: int, _origin: NDArray[np.float64] | None = None) -> tuple[list[Event], None]:
-        """Return the events of the last frame.
-
-        Args:
-            take: Number of the take that is open.
-        """
-        state = self._state
-        happened = int(state["happened"])
-        events: list[Event] = []
-        if happened & CONFIRMED:
-            state["found"]["take"] = take
-        if happened & (FINAL | WITHDRAWN):
-            events.append(self._event("before", "final" if happened & FINAL else "withdrawn", 2))
-        if happened & CONFIRMED:
-            events.append(self._event("found", "confirmed", 1))
-        if happened & EXPLAINED:
-            self._explain()
-        return events, None
-
-    def _explain(self) -> None:
-        """Hand over what came nearest in the movement that is over."""
-        near = self._state["nearest"]
-        if self._explained is None:
-            return
-        second = int(near["second"])
-        lead = float(near["second_cost"]) / float(near["cost"]) if second >= 0 else math.inf
-        self._explained(
-            Explanation(
-                performer=self._performer,
-                start=float(near["start"]),
-                end=float(near["end"]),
-                nearest=self.names[int(near["move"])],
-                reason=REASONS[int(near["kept"])],
-                cost=float(near["cost"]),
-                most=math.exp(float(near["most"]) + LEAD_WORTH * min(math.log(lead), LEAD_COUNTED)),
-                lead=lead,
-                second=self.names[second] if second >= 0 else "",
-                posture=float(near["posture"]),
-            )
-        )
-
-    def end(self, _take: int, pending: list[Event]) -> None:
-        """Forget what is going on, as a take ends; `pending` gets the event of a move that becomes final by that."""
-        state = self._state
-        events = self.last_word(None)
-        if state["nearest"]["open"]:
-            self._explain()
-        fresh = new_memory(self._joints, len(self.names))
-        self.parts(fresh)["state"][0]["found"]["number"] = state["found"]["number"]
-        self.state[:] = fresh
-        pending += events
 
     def follow_on(self, before: "Recognition | None") -> "Recognition":
         """Go on where another recognition of the same performer was, with other moves; return this one.
@@ -151,11 +86,6 @@ class Recognition:
         """Whether a move is confirmed and may still be withdrawn."""
         return int(self._state["found"]["move"]) >= 0
 
-    def last_word(self, after: "Recognition | None") -> list[Event]:
-        """Return the event of a move that becomes final because what recognises from now on does not know of it."""
-        is_known = after is not None and after.is_undecided
-        return [self._event("found", "final", 2)] if self.is_undecided and not is_known else []
-
     @property
     def number(self) -> int:
         """Number of the latest move."""
@@ -164,23 +94,6 @@ class Recognition:
     def count_on_from(self, number: int) -> None:
         """Number moves on from those of a recognition of other moves."""
         self._state["found"]["number"] = number
-
-    def _event(self, which: str, status: MoveStatus, rev: int) -> MoveEvent:
-        found = self._state[which]
-        limb = int(found["limb"])
-        return MoveEvent(
-            performer=self._performer,
-            id=f"{self._performer}/move/{int(found['take'])}/{int(found['number'])}",
-            rev=rev,
-            name=self.names[int(found["move"])],
-            status=status,
-            take=int(found["take"]),
-            start=float(found["start"]),
-            end=float(found["end"]),
-            score=1.0 / (1.0 + float(found["cost"])),
-            limb=self._limbs[limb] if limb >= 0 else WHOLE_BODY,
-            decided_time=float(found["time"] if status == "confirmed" else self._state["time"]),
-        )
 
     def to_bytes(self) -> bytes:
         """Return what is remembered of the performer, for a snapshot."""
@@ -196,7 +109,7 @@ class Recognition:
             raise SnapshotError(f"the snapshot's moves have {len(content)} bytes, not {len(self.state)}")
         memory = np.frombuffer(content, np.uint8).copy()
         parts = self.parts(memory)
-        if not _is_sound(parts["state"][0], parts["poses"], len(self.names), len(self._limbs)):
+        if not _is_sound(parts["state"][0], parts["poses"], len(self.names), len(self.limbs)):
             raise SnapshotError("the snapshot's state of moves contradicts itself")
         self.state[:] = memory
 

@@ -5,15 +5,7 @@ A part is described by its offset in bytes, the name of its record or number typ
 
 CONSTANTS.update({
     "POSE_UNCHANGED": POSE_UNCHANGED,
-    "POSE_ENTERED": POSE_ENTERED,
-    "POSE_HELD": POSE_HELD,
-    "POSE_LEFT": POSE_LEFT,
 })
-
-
-def address_of_match_frame():
-    """Return the address of the function that a reader of held poses has."""
-    return <size_t><void*>&match_frame
 
 
 def pose_bank_bytes(int64_t points, int64_t bones, int64_t poses, /):

@@ -6,28 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.kernels import (
-    POSE_ENTERED,
-    POSE_HELD,
-    POSE_LEFT,
-    POSE_UNCHANGED,
-    address_of_match_frame,
-    pose_memory_bytes,
-    pose_memory_parts,
-)
+from mossar_stream.core.kernels import POSE_UNCHANGED, PoseReader, pose_memory_bytes, pose_memory_parts
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import Event, PoseEvent, PoseStatus
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.parts import parts_of
 from mossar_stream.poses.bank import bones_of, make_bank
 from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
-
-POSE_STATUS_BY_CODE: dict[int, PoseStatus] = {
-    POSE_ENTERED: "entered",
-    POSE_HELD: "held",
-    POSE_LEFT: "left",
-}
 
 
 def holding_of(moves: Moves, skeleton: Skeleton, up: Up, performer: str) -> "Holding | None":
@@ -35,7 +20,7 @@ def holding_of(moves: Moves, skeleton: Skeleton, up: Up, performer: str) -> "Hol
     return Holding(moves, skeleton, up, performer) if moves.poses else None
 
 
-class Holding:
+class Holding(PoseReader):
     """What recognises the poses that one performer holds; all its memory has a fixed size.
 
     Args:
@@ -50,33 +35,25 @@ class Holding:
     """
 
     def __init__(self, moves: Moves, skeleton: Skeleton, up: Up, performer: str) -> None:
-        self._performer = performer
+        self.performer = performer
         poses = moves.poses_and_images(up)
-        self._names = tuple(pose.name for pose in poses)
+        self.names = tuple(pose.name for pose in poses)
         self.store = make_bank(moves.skeleton, poses, skeleton, moves.facing, up)
         bones = bones_of(moves.skeleton, skeleton)
-        self._ends = [skeleton.names[max(0, bones.streamed[bone.end].one)] for bone in bones.bones]
-        self._limbs = {
+        self.ends = [skeleton.names[max(0, bones.streamed[bone.end].one)] for bone in bones.bones]
+        self.limbs = {
             name: np.array([k for k, bone in enumerate(bones.bones) if bone.limb == i])
             for i, name in enumerate(bones.limbs)
             if any(bone.limb == i for bone in bones.bones)
         }
         self.state = np.zeros(pose_memory_bytes(self.store), np.uint8)
         parts = self._parts(self.state)
-        self._state, self._strays = parts["state"], parts["strays"]
-        self.reported: None = None
-        self._begin()
-        self.address = address_of_match_frame()
+        self._state, self.strays = parts["state"], parts["strays"]
+        self.begin()
 
     def _parts(self, memory: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
         """Return views of the parts of a performer's memory."""
         return parts_of(memory, pose_memory_parts(self.store))
-
-    def _begin(self) -> None:
-        """Begin anew, as for a take."""
-        self.state[:] = 0
-        self._state["due"] = -np.inf
-        self._state["near"] = self._state["active"] = -1
 
     @property
     def number(self) -> int:
@@ -86,51 +63,6 @@ class Holding:
     def count_on_from(self, number: int) -> None:
         """Number poses on from those of another holding of the same take."""
         self._state["number"] = number
-
-    def report(self, take: int, _origin: NDArray[np.float64] | None = None) -> tuple[list[Event], None]:
-        """Return the event of the last frame.
-
-        Args:
-            take: Number of the take that is open.
-        """
-        happened = int(self._state["happened"][0])
-        return (
-            [self._event(POSE_STATUS_BY_CODE[happened], take)] if happened in POSE_STATUS_BY_CODE else []
-        ), None
-
-    def end(self, take: int, pending: list[Event]) -> None:
-        """Begin anew as a take ends; `pending` gets the event of a pose that is left by that."""
-        events, before = self.left(take), self.state.copy()
-        try:
-            self._begin()
-        except BaseException:
-            self.state[:] = before
-            raise
-        pending += events
-
-    def left(self, take: int) -> list[Event]:
-        """Return the event of the pose that is held, if it is left now; nothing is changed."""
-        return [self._event("left", take, more=1)] if self._state["active"][0] >= 0 else []
-
-    def _event(self, status: PoseStatus, take: int, more: int = 0) -> PoseEvent:
-        """Return an event of the pose that is held or was last; `more` is added to its `rev`."""
-        state = self._state[0]
-        strays = self._strays / max(int(state["matched"]), 1)
-        until = state["seen"] if status == "left" else state["time"]
-        return PoseEvent(
-            performer=self._performer,
-            id=f"{self._performer}/pose/{take}/{int(state['number'])}",
-            rev=int(state["rev"]) + more,
-            name=self._names[int(state["latest"])],
-            status=status,
-            take=take,
-            start=round(float(state["start"]), 6),
-            seconds=round(float(until - state["start"]), 6),
-            deviation=_degrees(strays),
-            limbs={name: _degrees(strays[own]) for name, own in self._limbs.items()},
-            joint=self._ends[int(np.argmax(strays))],
-            decided_time=float(state["time"]),
-        )
 
     def to_bytes(self) -> bytes:
         """Return what is known of the performer, for a snapshot."""
@@ -155,7 +87,7 @@ class Holding:
 
     def _is_sound(self, parts: dict[str, NDArray[Any]]) -> bool:
         """Tell whether a performer's memory is one that holding could have left."""
-        state, poses = parts["state"][0], len(self._names)
+        state, poses = parts["state"][0], len(self.names)
         numbers = [parts[name] for name in ("fast", "slow", "strays", "chords")]
         times = [float(state[name]) for name in ("time", "since", "start", "seen")]
         return (
@@ -169,8 +101,3 @@ class Holding:
             and all(bool(np.isfinite(part).all()) for part in (state["facing"], *numbers))
             and bool((parts["strays"] >= 0.0).all())
         )
-
-
-def _degrees(chords: NDArray[np.float64]) -> float:
-    """Return the angle between directions, from squares of chords: degrees, root mean square."""
-    return round(math.degrees(2.0 * math.asin(min(1.0, math.sqrt(float(chords.mean())) / 2.0))), 2)

@@ -13,15 +13,22 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.core import engine
-from mossar_stream.core.buffers import Buffers
 from mossar_stream.core.curve_state import CurveState, curve_state
-from mossar_stream.core.intake import FLOAT32, given_positions, has_said_size, place_of, subtract
-from mossar_stream.core.kernels import DECIDE, RANK, SPACING, set_middle
+from mossar_stream.core.intake import given_positions, has_said_size
+from mossar_stream.core.kernels import (
+    DECIDE,
+    RANK,
+    SPACING,
+    Channel,
+    Performer,
+    Reader,
+    Workspace,
+    at_once,
+    placed,
+    set_middle,
+)
 from mossar_stream.core.plan import Plan, history_size
-from mossar_stream.core.pool import Row, new_row, restored_row
 from mossar_stream.core.row import region
-from mossar_stream.core.station import desk_of
 from mossar_stream.errors import FrameError
 from mossar_stream.events import (
     BODY,
@@ -45,7 +52,6 @@ from mossar_stream.moves.joints import MEAN
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.poses.holding import holding_of
-from mossar_stream.readers import Reader
 from mossar_stream.recording import notebook
 from mossar_stream.repetitions.reporting import latest_repetitions
 from mossar_stream.segmenter.limbs import settings_of_limbs
@@ -54,7 +60,7 @@ from mossar_stream.skeleton import Skeleton
 from mossar_stream.steps.gait import Step, step_table
 from mossar_stream.steps.stepping import Stepping
 
-Analyses = Sequence[tuple[float, NDArray[np.void]]]  # see `Row.analyses`
+Analyses = Sequence[tuple[float, NDArray[np.void]]]  # see `Channel.analyses`
 CAPACITY = 64  # key frames there is room for at first
 
 
@@ -149,7 +155,7 @@ class Result:
     """
 
     def __init__(
-        self, row: Row, curves: list[CurveState], moves: list[MoveEvent], limbs: "dict[str, Result]"
+        self, row: Channel, curves: list[CurveState], moves: list[MoveEvent], limbs: "dict[str, Result]"
     ) -> None:
         self.settings = row.plan.user_settings
         self.curves = curves
@@ -161,7 +167,7 @@ class Result:
         self.limbs = limbs
         self._by_joint = limbs_by_joint(groups_of(row.plan.skeleton, row.plan.user_settings.limbs))
         self._row = row
-        keys = region(row.memory, row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
+        keys = region(row.memory, "keys")[: int(row.state["window"]["undecided"])]
         self.key_frames = [
             KeyFrame(frame, time, KEY_FRAME_KINDS[kind], velocity, strength)
             for frame, time, kind, velocity, strength in keys[
@@ -229,14 +235,16 @@ class Result:
             count = min(operator.index(count), len(self.key_frames))
             if count < 0:
                 raise ValueError(f"count must not be negative, not {count}")
-        row = restored_row(self._row.plan, Buffers(), "p1", self._row.memory)
+        row = Channel(self._row.plan, "p1", _copy_of(self._row))
         plan = row.state["plan"]
         if level is None:
             plan["beta"], plan["alpha"] = math.inf, count
         else:
             plan["beta"] = row.plan.strength(self.settings.replace(level=level).level)
             plan["alpha"] = self.settings.max_key_frames or 0
-        events = engine.update(row, DECIDE)
+        core = Performer(Workspace(), (row,))
+        at_once([core], [(core.decide, DECIDE)])
+        events = core.pending
         kept = [
             KeyFrame(e.frame, e.time, e.kind, e.velocity, e.strength if e.strength is not None else math.inf)
             for e in events
@@ -314,17 +322,16 @@ def _segmented(
 ) -> Result:
     """Segment a recording whose arrays fit each other: of the body, or of a limb, with what was counted of the body."""
     chosen = settings
-    frames, origin = _narrowed(frames, skeleton.root if chosen.center == "root" else -1)
+    frames, origin = placed(frames, skeleton.root if chosen.center == "root" else -1)
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments, channel)
-    row.settle(origin, found=True)
+    row.settle(origin, True)
     row.analyses = [] if chosen.limbs else None
     groups = groups_of(skeleton, chosen.limbs)
     hang = any(limb.joints[0] == MEAN for limb in groups)
     middles = np.empty((len(frames) if hang else 0, 3), np.float32)
     states, events = _push_all(row, readers, (frames, moments), analyses, middles, curves=curves)
-    events += engine.update(row, RANK)
     own = settings_of_limbs(settings)
     limbs = {}
     for limb in groups:
@@ -373,14 +380,6 @@ def _checked(
     return frames, moments, skeleton
 
 
-def _narrowed(positions: NDArray[Any], center: int) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Return positions in single precision, relative to where the performer is first seen, and that; see intake.py."""
-    origin, _ = place_of(positions, center)
-    if positions.dtype == FLOAT32 and not origin.any():
-        return positions, origin
-    return subtract(positions, origin, np.empty(positions.shape, np.float32)), origin
-
-
 def _readers_of(
     skeleton: Skeleton, settings: Settings, moves: Moves | None, followed: Follow
 ) -> list[Reader]:
@@ -395,7 +394,7 @@ def _readers_of(
 
 
 def _push_all(
-    row: Row,
+    row: Channel,
     readers: Sequence[Reader],
     recorded: tuple[NDArray[np.float32], NDArray[np.float64]],
     analyses: Analyses,
@@ -412,20 +411,19 @@ def _push_all(
     counted = {int(np.argmax(times >= time)): header for time, header in analyses if time < np.inf}
     bounds |= set(counted)
     states: list[CurveState] = []
-    desk = desk_of(row, readers)
+    core = Performer(Workspace(), (row,), (), tuple(readers))
     for begin, end in pairwise(sorted(bounds)):
         if begin in counted:
             row.adopt_periods(counted[begin])
-        engine.process(desk, frames[begin:end], times[begin:end])
+        core.process(frames[begin:end], times[begin:end])
         if curves:
             states.append(curve_state(row.memory, row.plan))
         if len(middles):
             set_middle(row.memory, middles[begin])
     if analyses:
         row.adopt_periods(analyses[-1][1])
-    for reader in readers:
-        reader.end(0, row.pending)
-    return states, row.take_pending()
+    at_once([core], [(core.end_readers,), (core.decide, RANK)])
+    return states, core.pending
 
 
 def _new_row(
@@ -434,7 +432,7 @@ def _new_row(
     fps: float | None,
     times: NDArray[np.float64],
     channel: str = BODY,
-) -> Row:
+) -> Channel:
     """Return a row for a recording: of the body, or of a limb."""
     finite = times[np.isfinite(times)]
     seconds = float(np.ptp(finite)) if len(finite) else 0.0
@@ -450,7 +448,14 @@ def _new_row(
         channel=channel,
         offline=True,
     )
-    return new_row(plan, Buffers(), "p1")
+    return Channel(plan, "p1", plan.new_row())
+
+
+def _copy_of(row: Channel) -> NDArray[np.uint8]:
+    """Return a copy of a row's bytes."""
+    memory = row.plan.new_row()
+    memory[:] = row.memory
+    return memory
 
 
 def _whole_range(
@@ -466,7 +471,7 @@ def _whole_range(
     the range must be able to rise above the noise.
     """
     row = _new_row(skeleton, settings.replace(range="running"), fps, times)
-    engine.process(desk_of(row), frames, times)
+    Performer(Workspace(), (row,)).process(frames, times)
     state, bounds = row.state, row.state["plan"]
     largest = max(float(state["range"]["largest"]), float(bounds["range_floor"]), np.finfo(float).tiny)
     if bounds["noise_margin"]:

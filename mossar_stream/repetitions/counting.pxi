@@ -29,22 +29,16 @@ cdef double LEAST_WIDTHS = 3.0  # that a cycle lasts: of shorter ones, smoothing
 cdef double SHARE_POWER = 0.32  # power of the share of the movement that a component has
 
 
-cdef int64_t analyse_repetitions(
-    uint8_t* state, int64_t state_bytes, uint8_t* store, int64_t store_bytes, float* positions, int64_t joints, double time
-) noexcept nogil:
-    """Analyse the window as often as is due before a frame: a function as readers have it.
+cdef bint analyse_repetitions(uint8_t* state, uint8_t* store, double time) noexcept nogil:
+    """Analyse the window as often as is due before a frame.
 
     Args:
         state: Bytes of what is counted: `Counting`, `Periods` and the samples, see `periods_at` and `samples_at`.
-        state_bytes: How many.
         store: Bytes in which an analysis works, see `store_size`.
-        store_bytes: How many.
-        positions: Not looked at.
-        joints: Likewise.
         time: s, of the frame; inf to analyse what there is, once.
 
     Returns:
-        1 if that changed what is counted, else 0.
+        Whether that changed what is counted.
     """
     cdef Counting* header = <Counting*>state
     cdef CountingScratch* scratch = <CountingScratch*>store
@@ -53,13 +47,13 @@ cdef int64_t analyse_repetitions(
     cdef bint changed
     if time == INFINITY:
         if header.begun == 0:
-            return 0
+            return False
         append_sample(header, &samples, samples.before)
     elif time < header.due:
-        return 0
+        return False
     changed = _analyse_once(header, &samples, scratch)
     note_periods(<Periods*>(state + periods_at()), header)
-    return 1 if changed else 0
+    return changed
 
 
 cdef bint _analyse_once(Counting* header, Samples* samples, CountingScratch* scratch) noexcept nogil:

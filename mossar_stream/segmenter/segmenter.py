@@ -1,29 +1,40 @@
 """Segmenter: frames of one performer in, events out."""
 
-import functools
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeAlias
 
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.core import engine
-from mossar_stream.core.buffers import Buffers
 from mossar_stream.core.curve_state import CurveState, curve_state
 from mossar_stream.core.intake import checked, has_said_size
+from mossar_stream.core.kernels import Channel, Performer, Workspace, at_once
 from mossar_stream.core.plan import Plan
-from mossar_stream.core.pool import Row, new_row, restored_row
-from mossar_stream.core.snapshot import pack_snapshot, restored_following, unpack_snapshot
-from mossar_stream.core.station import Station
+from mossar_stream.core.snapshot import (
+    Following,
+    pack_snapshot,
+    reported_of,
+    restored_following,
+    unpack_snapshot,
+)
 from mossar_stream.events import Event
 from mossar_stream.following.alignment import Alignment, Follow, FollowState, alignment_of, checked_follow
 from mossar_stream.frames import Frames, constant_times, performer_name
+from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
-from mossar_stream.segmenter.followers import Followers
-from mossar_stream.segmenter.limbs import NewRow, carry_on
-from mossar_stream.segmenter.steps import Steps
+from mossar_stream.segmenter.followers import Followers, followers_of
+from mossar_stream.segmenter.limbs import (
+    joints_of_limbs,
+    new_limbs,
+    pack_limb,
+    restored_limbs,
+    settings_of_limbs,
+)
 from mossar_stream.settings import LevelName, Settings, settings_or_default
 from mossar_stream.skeleton import Skeleton
+from mossar_stream.steps.feet import feet_of
 
+Steps: TypeAlias = list[tuple[Any, ...]]  # for `at_once`: compiled functions with their arguments
 COUNTER_NAMES = ("frames", "out_of_order", "outliers", "held", "gaps", "unseen")
 
 
@@ -46,10 +57,14 @@ class Segmenter:
             report them.
 
     Attributes:
-        row: Where the state lies, for those who run the rows of a pool.
-        steps: What is done with it in several steps.
+        performer: The name.
+        joints: How many there are.
+        core: What has all memory, and processes the frames.
 
     A segmenter is used by one thread at a time; different ones may run in different threads.
+
+    Whatever is changed is changed as a whole: it is prepared first, and then done by compiled code in one go. So neither Ctrl-C
+    nor an error leaves anything half done, and events wait here until the caller has them.
 
     Raises:
         TypeError: If `skeleton` is no `Skeleton`.
@@ -91,48 +106,52 @@ class Segmenter:
         plan = Plan(skeleton, settings_or_default(settings), fps)
         followed = checked_follow(follow, moves)
         following = followed, alignment_of(followed, moves, skeleton, plan.user_settings, name)
-        self._begin(new_row(plan, Buffers(), name), plan.user_settings.level, recognition, following)
+        followers = followers_of(plan, name, recognition, *following)
+        body = Channel(plan, name, plan.new_row())
+        self._begin(Workspace(), (body, *new_limbs(plan, name)), plan.user_settings.level, followers)
 
     def _begin(
         self,
-        row: Row,
+        workspace: Workspace,
+        channels: tuple[Channel, ...],
         level: LevelName | float,
-        recognition: Recognition | None,
-        following: tuple[Follow, Alignment | None] = ((), None),
-        new_limb: NewRow | None = None,
+        followers: Followers,
     ) -> None:
-        self.performer = row.name
-        self.joints = len(row.plan.skeleton)
-        self.row = row
+        body = channels[0]
+        plan = body.plan
+        self.performer = body.performer
+        self.joints = len(plan.skeleton)
         self._is_measured = False
-        # Nothing here may lead back to the segmenter: it would keep its memory until the collector comes by.
-        own = functools.partial(_new_limb, row.buffers, row.name)
-        self._followers = Followers(row, level, recognition, following, new_limb or own)
-        self.steps = Steps(row, self._followers, level)
-        self._single = self.steps.single
+        self._followers, self._level = followers, level
+        joints = joints_of_limbs(plan) if len(channels) > 1 else ()
+        self.core = Performer(workspace, channels, joints, followers.readers, _has_phase(plan))
+        self._pending = self.core.pending
 
     @classmethod
-    def of_row(
+    def of_pool(
         cls,
-        row: Row,
+        plan: Plan,
+        name: str,
+        workspace: Workspace,
         recognition: Recognition | None = None,
         following: tuple[Follow, Alignment | None] = ((), None),
-        new_limb: NewRow | None = None,
     ) -> "Segmenter":
-        """Return a segmenter whose state is a row of a pool; those of limbs come from `new_limb`, or have own pools."""
+        """Return a segmenter that works where the others of a pool do."""
         segmenter = cls.__new__(cls)
-        segmenter._begin(row, row.plan.user_settings.level, recognition, following, new_limb)  # noqa: SLF001 - its own class
+        channels = Channel(plan, name, plan.new_row()), *new_limbs(plan, name)
+        followers = followers_of(plan, name, recognition, *following)
+        segmenter._begin(workspace, channels, plan.user_settings.level, followers)  # noqa: SLF001 - its own class
         return segmenter
 
     def carry_on(self, counts: Mapping[str, int]) -> None:
         """Number takes and count frames on from the `counts` of another segmenter of the same performer."""
-        carry_on(self.row, counts)
-        self._followers.carry_on(counts)
+        for channel in self.core.channels:
+            channel.carry_on(counts)
 
     @property
-    def station(self) -> Station | None:
-        """The performer as the loop knows it, if frames can be pushed with those of others; None if they must be checked."""
-        return self._followers.station if self._single.is_expected else None
+    def row(self) -> Channel:
+        """The body, with all that is known of it."""
+        return self.core.main
 
     @property
     def skeleton(self) -> Skeleton:
@@ -142,12 +161,12 @@ class Segmenter:
     @property
     def settings(self) -> Settings:
         """The settings in force; `level` as it is now."""
-        return self.row.plan.user_settings.replace(level=self.steps.level)
+        return self.row.plan.user_settings.replace(level=self._level)
 
     @property
     def take(self) -> int:
         """Number of the take that is open, or of the next one."""
-        return int(self.row.clock["take"])
+        return self.row.take
 
     @property
     def stats(self) -> dict[str, int]:
@@ -162,7 +181,7 @@ class Segmenter:
     @property
     def state(self) -> CurveState | None:
         """The velocity curve at the last frame, None before the first."""
-        return curve_state(self.row.memory, self.row.plan) if self.row.clock["open"] else None
+        return curve_state(self.row.memory, self.row.plan) if self.row.is_open else None
 
     @property
     def moves(self) -> Moves | None:
@@ -175,12 +194,27 @@ class Segmenter:
 
     @moves.setter
     def moves(self, moves: Moves | None) -> None:
-        self.steps.mend()
         alignment = alignment_of(self.follow, moves, self.skeleton, self.settings, self.performer)
         fresh = None
         if moves is not None:
             fresh = Recognition(moves, self.skeleton, self.performer).follow_on(self.recognition)
-        self.steps.recognise(fresh, self.follow, alignment)
+        at_once([self.core], self.recognising(fresh, self.follow, alignment))
+
+    def recognising(
+        self, recognition: Recognition | None, follow: Follow, alignment: Alignment | None
+    ) -> Steps:
+        """Return the steps by which something else recognises moves, and something else follows them."""
+        fresh, events = self._followers.recognising(recognition, self.row.plan, self.performer, self.take)
+        fresh, more = fresh.following(follow, alignment, self.take)
+        return [(self._pending.extend, events + more), *self._going_on_with(fresh)]
+
+    def _going_on_with(self, followers: Followers) -> Steps:
+        """Return the steps by which others follow."""
+        phase = _has_phase(self.row.plan)
+        return [
+            (setattr, self, "_followers", followers),
+            (self.core.set_readers, followers.readers, phase),
+        ]
 
     @property
     def recognition(self) -> Recognition | None:
@@ -201,10 +235,14 @@ class Segmenter:
 
     @follow.setter
     def follow(self, follow: Iterable[str] | bool) -> None:
-        self.steps.mend()
         chosen = checked_follow(follow, self.moves)
         alignment = alignment_of(chosen, self.moves, self.skeleton, self.settings, self.performer)
-        self.steps.follow_moves(chosen, alignment)
+        at_once([self.core], self.following_moves(chosen, alignment))
+
+    def following_moves(self, follow: Follow, alignment: Alignment | None) -> Steps:
+        """Return the steps by which something else follows moves; what is being made is decided."""
+        fresh, events = self._followers.following(follow, alignment, self.take)
+        return [(self._pending.extend, events), *self._going_on_with(fresh)]
 
     @property
     def following(self) -> dict[str, FollowState | None]:
@@ -218,13 +256,16 @@ class Segmenter:
 
         Empty, too, if no joint of the skeleton can move against another: such a skeleton is segmented as without limbs.
         """
-        return () if self._followers.limbs is None else self._followers.limbs.names
+        return tuple(limb.name for limb in self.core.channels[1:])
 
     @property
     def limb_states(self) -> dict[str, CurveState | None]:
         """The velocity curve of each limb at the last frame; see `state`."""
-        limbs = self._followers.limbs
-        return {} if limbs is None else limbs.states
+        at_once([self.core], [(self.core.catch_up,)])
+        return {
+            limb.name: curve_state(limb.memory, limb.plan) if limb.is_open else None
+            for limb in self.core.channels[1:]
+        }
 
     @property
     def level(self) -> LevelName | float:
@@ -234,13 +275,33 @@ class Segmenter:
         next push. A name that works with other settings than those in force is refused with a `SettingsError`:
         `change(level=...)` starts a new take with them.
         """
-        return self.steps.level
+        return self._level
 
     @level.setter
     def level(self, level: LevelName | float) -> None:
-        chosen = self.steps.planned_level(level)
-        self.steps.mend()
-        self.steps.set_level(chosen)
+        at_once([self.core], self.moving_level(self.planned_level(level)))
+
+    def planned_level(self, level: LevelName | float) -> LevelName | float:
+        """Return a level that can be set, and change nothing.
+
+        Raises:
+            SettingsError: If it is none, or a name that works with other settings.
+        """
+        plan = self.row.plan
+        chosen = plan.user_settings.replace(level=level).level
+        plan.strength(chosen)
+        return chosen
+
+    def moving_level(self, level: LevelName | float, plans: Iterable[Plan] | None = None) -> Steps:
+        """Return the steps by which the level moves.
+
+        Args:
+            level: As of `planned_level`.
+            plans: Of body and limbs, if not as they are.
+        """
+        own = [channel.plan for channel in self.core.channels] if plans is None else plans
+        strengths = tuple(plan.strength(level) for plan in own)
+        return [(self.core.set_level, strengths), (setattr, self, "_level", level)]
 
     def change(self, **changes: object) -> list[Event]:
         """Change settings while running, and return the events of the take that this ends.
@@ -255,8 +316,76 @@ class Segmenter:
         Raises:
             SettingsError: If a value is illegal, or FrameError if joints of the limbs lack; nothing is changed then.
         """
-        self.steps.adopt(*self.steps.planned(changes))
-        return self.row.take_pending()
+        at_once([self.core], self.adopting(*self.planned(changes)))
+        return self._taken()
+
+    def planned(self, changes: Mapping[str, object]) -> tuple[Plan, LevelName | float]:
+        """Return the plan and the level that changes of settings would bring, and change nothing."""
+        before = self.row.plan
+        level = before.user_settings.replace(level=changes.get("level", self._level)).level
+        changed = before.user_settings.replace(**{**changes, "level": before.user_settings.level}).at_level(
+            level
+        )
+        groups_of(before.skeleton, changed.limbs)  # or FrameError
+        if changed.steps:
+            feet_of(before.skeleton, changed.feet)  # or FrameError
+        return before.with_settings(changed), level
+
+    def adopting(self, plan: Plan, level: LevelName | float) -> Steps:
+        """Return the steps to go on with a plan and a level; the take ends if it cannot go on with them."""
+        core, before, name = self.core, self.row.plan, self.performer
+        goes_on = plan.continues(before)
+        plans, limbs = self._limbs_with(plan)
+        fresh, events = self._followers.adapted(
+            plan, before.user_settings, name, self.take if goes_on else None
+        )
+        every = plan.user_settings.follow_every
+        body: Steps = [(core.replan, 0, plan, plan.joint_limbs)]
+        if not goes_on:
+            body = [
+                (core.end_take_for, "settings changed"),
+                (core.restart, 0, Channel(plan, name, plan.new_row())),
+            ]
+        aligned: Steps = [] if fresh.alignment is None else [(fresh.alignment.set_every, every)]
+        return [
+            *body,
+            *limbs,
+            (self._pending.extend, events),
+            *aligned,
+            (setattr, self, "_followers", fresh),
+            (core.set_readers, fresh.readers, _has_phase(plan)),
+            *self.moving_level(level, plans),
+        ]
+
+    def _limbs_with(self, plan: Plan) -> tuple[list[Plan], Steps]:
+        """Return the plans of body and limbs once the body has a plan, and the steps by which limbs go on."""
+        core, current = self.core, self.core.channels[1:]
+        if plan.user_settings.limbs != self.row.plan.user_settings.limbs:
+            others = new_limbs(plan, self.performer)
+            joints = joints_of_limbs(plan) if others else ()
+            return [plan, *(limb.plan for limb in others)], [
+                (core.end_limbs,),
+                (core.set_limbs, others, joints),
+            ]
+        own, plans, steps = settings_of_limbs(plan.user_settings), [plan], list[tuple[Any, ...]]()
+        for i, limb in enumerate(current, 1):
+            before = limb.plan
+            after = before if own == before.user_settings else before.with_settings(own)
+            plans.append(after)
+            if after is before:
+                continue
+            if after.continues(before):
+                steps.append((core.replan, i, after, after.joint_limbs))
+            else:
+                steps.append((core.restart, i, Channel(after, limb.performer, after.new_row())))
+        return plans, steps
+
+    def _taken(self) -> list[Event]:
+        """Return the events that wait, for the caller; no call in here, so that Ctrl-C finds them in one place."""
+        pending = self._pending
+        events = pending[:]
+        del pending[:]
+        return events
 
     def push(
         self,
@@ -284,20 +413,19 @@ class Segmenter:
             RuntimeError: If another thread is using the segmenter.
             ValueError: If there are neither times nor a nominal rate.
         """
-        row, single = self.row, self._single
-        if single.is_expected and confidence is None and first_frame is None:
-            try:
-                if engine.process_one(self._followers.desk, positions, times, single.frame, row.origin):
-                    return row.take_pending() if row.pending else []
-            except BaseException:
-                self.steps.tear()
-                raise
+        if confidence is None and first_frame is None and self.core.process_one(positions, times):
+            pending = self._pending
+            if not pending:
+                return []
+            events = pending[:]
+            del pending[:]
+            return events
         if isinstance(positions, Frames):
             frames = positions
             self.process(frames.positions, frames.times, frames.confidence, frames.first_frame)
         else:
             self.process(positions, times, confidence, first_frame)
-        return row.take_pending()
+        return self._taken()
 
     def process(
         self,
@@ -306,27 +434,25 @@ class Segmenter:
         confidence: ArrayLike | None = None,
         first_frame: int | None = None,
     ) -> None:
-        """Process frames as `push`, and leave the events pending at the row."""
-        row = self.row
-        self.steps.mend()
-        chunk, moments = checked(row, positions, times, confidence, first_frame)
-        if not (row.is_live or self._is_measured):
-            self._is_measured = has_said_size(f"performer {self.performer}", chunk, 4)
-        self.steps.push(chunk, moments, first_frame)
+        """Process frames as `push`, and leave the events pending."""
+        chunk, moments = checked(self.row, positions, times, confidence, first_frame)
+        self.look_at_size(chunk, 5)
+        self.core.process(chunk, moments, first_frame)
+
+    def look_at_size(self, chunk: NDArray[Any], depth: int = 4) -> None:
+        """Warn if the performer is far larger than people are; see `has_said_size`."""
+        if not (self._is_measured or self.row.has_begun):
+            self._is_measured = has_said_size(f"performer {self.performer}", chunk, depth)
 
     @property
     def repetitions(self) -> int:
         """Repetitions counted in the open take; 0 without the setting."""
-        row = self.row
-        return row.reporter.total if row.reporter is not None and row.clock["open"] else 0
+        return self.row.repetitions
 
     @property
     def phase(self) -> float | None:
         """Where in the cycle of a repeated movement the latest frame is, 0 to 1; None when nothing repeats."""
-        row = self.row
-        if row.reporter is None or not row.clock["open"]:
-            return None
-        return row.reporter.phase(float(row.clock["time"]))
+        return self.row.phase
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -337,23 +463,31 @@ class Segmenter:
         Returns:
             The pending events; nothing more if no take is open.
         """
-        self.steps.end_take(reason)
-        return self.row.take_pending()
+        at_once([self.core], [(self.core.end_take, reason)])
+        return self._taken()
 
     def reset(self, reason: str = "") -> list[Event]:
         """End the take and forget the running range, as for another person."""
-        self.steps.reset(reason)
-        return self.row.take_pending()
+        at_once([self.core], [(self.core.reset, reason)])
+        return self._taken()
 
     def release(self) -> None:
-        """Give the rows back that the state lies in; the segmenter is of no use afterwards."""
-        self.row.release()
-        self._followers.release()
+        """Give the memory back at once; whatever is asked of the segmenter afterwards is a RuntimeError.
+
+        Raises:
+            RuntimeError: If another thread is using the segmenter, or its pool; nothing is given back then.
+        """
+        self.core.release()
+
+    def __reduce__(self) -> tuple[Callable[..., "Segmenter"], tuple[bytes]]:
+        """Copy and pickle by a snapshot: a copy goes on from here on its own, and begins with the events that wait here."""
+        return Segmenter.restore, (self.snapshot(),)
 
     @property
     def state_bytes(self) -> int:
         """Bytes of the state, besides what is shared with others."""
-        return self.row.plan.row_bytes + self._followers.bytes_taken
+        rows = sum(len(channel.memory) for channel in self.core.channels)
+        return rows + sum(len(reader.state) for reader in self._followers.readers)
 
     def snapshot(self, *, with_moves: bool = True) -> bytes:
         """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed.
@@ -361,8 +495,33 @@ class Segmenter:
         Args:
             with_moves: Whether the examples of moves, by far most of it, are in it; if not, `restore` needs them.
         """
-        following, row = self.steps.known(with_moves=with_moves), self.row
-        return pack_snapshot(row.plan, row.name, self.steps.level, row.pending, row.memory, following)
+        at_once([self.core], [(self.core.settle,)])
+        row = self.row
+        return pack_snapshot(
+            row.plan,
+            row.performer,
+            self._level,
+            self._pending,
+            row.memory,
+            self._known(with_moves=with_moves),
+        )
+
+    def _known(self, *, with_moves: bool) -> Following:
+        """Return what is known besides the row; see `snapshot`."""
+        of = self._followers
+        recognition, alignment, holding = of.recognition, of.alignment, of.holding
+        return Following(
+            moves=None if recognition is None or not with_moves else recognition.moves_text,
+            digest=b"" if recognition is None else recognition.digest,
+            recognition=None if recognition is None else recognition.to_bytes(),
+            repetitions=reported_of(self.row),
+            limbs=tuple(pack_limb(limb, self._level) for limb in self.core.channels[1:]),
+            steps=None if of.stepping is None else of.stepping.to_bytes(),
+            follow=of.followed,
+            followed=None if alignment is None else alignment.to_bytes(),
+            poses=None if holding is None else holding.to_bytes(),
+            numbers=of.numbers(self.take),
+        )
 
     @classmethod
     def restore(
@@ -387,15 +546,25 @@ class Segmenter:
         plan, performer, level, pending, content, recognition, known = unpack_snapshot(
             blob, moves, with_moves=with_moves
         )
-        row = restored_row(plan, Buffers(), performer, content)
-        row.pending += pending
+        body = Channel(plan, performer, content)
+        followed, alignment = restored_following(known, recognition, follow, plan, performer)
+        followers = followers_of(plan, performer, recognition, followed, alignment)
+        known.give_repetitions(body)
+        if followers.stepping is not None:
+            followers.stepping.go_on_from(known.steps)
+        if followers.holding is not None and known.poses is not None:
+            if recognition is not None and recognition.digest == known.digest:
+                followers.holding.go_on_from(known.poses)
+            else:
+                followers.holding.count_on_from(known.numbers.poses)
+        limbs = restored_limbs(plan, performer, known.limbs)
         segmenter = cls.__new__(cls)
-        following = restored_following(known, recognition, follow, plan, performer)
-        segmenter._begin(row, level, recognition, following)  # noqa: SLF001
-        segmenter._followers.restore(known)  # noqa: SLF001
+        kept = followers._replace(kept=known.numbers, kept_take=body.take)
+        segmenter._begin(Workspace(), (body, *limbs), level, kept)  # noqa: SLF001
+        segmenter._pending += pending  # noqa: SLF001
         return segmenter
 
 
-def _new_limb(buffers: Buffers, performer: str, plan: Plan, pending: list[Event]) -> Row:
-    """Return a row for a limb of a performer who has no pool."""
-    return new_row(plan, buffers, performer, pending)
+def _has_phase(plan: Plan) -> bool:
+    """Return whether the phase of each frame is reported."""
+    return plan.user_settings.phase and plan.reports_repetitions

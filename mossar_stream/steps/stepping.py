@@ -1,18 +1,9 @@
 """Stepping: a performer's frames in, step events out."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mossar_stream.core.kernels import (
-    LEAST_WAY,
-    LEAST_WAY_OF_ANKLES,
-    NO_NEWS,
-    RECORDS,
-    STRIKE,
-    address_of_follow_feet,
-)
+from mossar_stream.core.kernels import LEAST_WAY, LEAST_WAY_OF_ANKLES, RECORDS, StepReader
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import Event, StepEvent
 from mossar_stream.settings import Settings
 from mossar_stream.settings.feet import SIDES
 from mossar_stream.skeleton import Skeleton
@@ -29,7 +20,7 @@ UPWARD_AXES = {
 }
 
 
-class Stepping:
+class Stepping(StepReader):
     """Follows the feet of one performer; all its state is one record of fixed size.
 
     Args:
@@ -42,7 +33,7 @@ class Stepping:
     """
 
     def __init__(self, skeleton: Skeleton, settings: Settings, performer: str) -> None:
-        self._performer = performer
+        self.performer = performer
         self.state, self.store = np.zeros(STEPS.itemsize, np.uint8), np.zeros(0, np.uint8)
         self._state = self.state.view(STEPS)
         state = self._state[0]
@@ -59,59 +50,9 @@ class Stepping:
             state["up"], state["is_up_given"] = UPWARD_AXES[settings.up], 1
         state["time"] = state["sample"] = -np.inf
         state["due"] = -np.inf
-        self.reported = (-1, 0)  # take, and number of its latest event
-        self.address = address_of_follow_feet()
-
-    def report(
-        self, take: int, origin: NDArray[np.float64] | None = None
-    ) -> tuple[list[Event], tuple[int, int]]:
-        """Return the events of the last frame, the earlier one first.
-
-        Args:
-            take: Number of the take that is open.
-            origin: Where the positions are counted from, m.
-        """
-        number = self.reported[1] if self.reported[0] == take else 0
-        found = sorted(
-            (float(foot["time"]), side)
-            for side, foot in enumerate(self._state[0]["feet"])
-            if foot["event"] != NO_NEWS
-        )
-        events = [
-            self._event((take, number + k), side, time, origin) for k, (time, side) in enumerate(found, 1)
-        ]
-        return list(events), (take, number + len(found))
-
-    def _event(
-        self, which: tuple[int, int], side: int, time: float, origin: NDArray[np.float64] | None
-    ) -> StepEvent:
-        """Return the event of a foot, and of which take and number it is."""
-        state, (take, number) = self._state[0], which
-        foot = state["feet"][side]
-        place = foot["place"] if origin is None else foot["place"] + origin
-        return StepEvent(
-            performer=self._performer,
-            id=f"{self._performer}/step/{take}/{number}",
-            rev=1,
-            status="strike" if foot["event"] == STRIKE else "off",
-            take=take,
-            side=SIDES[side],
-            time=time,
-            position=(round(float(place[0]), 6), round(float(place[1]), 6), round(float(place[2]), 6)),
-            confidence=round(float(foot["confidence"]), 4),
-            decided_time=float(state["time"]),
-        )
-
-    def end(self, _take: int, _pending: list[Event]) -> None:
-        """Begin anew after the end of a take."""
-        state = self._state[0]
-        for foot in state["feet"]:
-            foot["state"], foot["first"], foot["rest"] = 0, foot["count"], np.nan
-        state["time"] = state["sample"] = state["due"] = -np.inf
 
     def to_bytes(self) -> bytes:
         """Return the state, for a snapshot."""
-        self._state["take"], self._state["number"] = self.reported
         return self._state.tobytes()
 
     def go_on_from(self, known: bytes | None) -> None:
@@ -143,4 +84,3 @@ class Stepping:
         ):
             raise SnapshotError("the snapshot's state of steps contradicts itself")
         self._state[:] = fresh
-        self.reported = int(fresh["take"][0]), int(fresh["number"][0])

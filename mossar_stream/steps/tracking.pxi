@@ -81,15 +81,13 @@ cdef struct Steps:
 
 
 cdef int64_t follow_feet(
-    uint8_t* state, int64_t state_bytes, uint8_t* store, int64_t store_bytes, float* positions, int64_t joints, double time
+    uint8_t* state, uint8_t* store, float* positions, int64_t joints, double time
 ) noexcept nogil:
     """Process a frame; a function as readers have it.
 
     Args:
         state: Steps.
-        state_bytes: Not looked at.
-        store: Likewise.
-        store_bytes: Likewise.
+        store: Not looked at.
         positions: (J, 3) m.
         joints: Not looked at.
         time: s.

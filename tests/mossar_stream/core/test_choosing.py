@@ -65,7 +65,7 @@ def test_a_core_that_is_older_than_a_source_says_which(tmp_path, monkeypatch):
 
 def test_the_stub_says_what_the_core_offers():
     text = STUB.read_text()
-    functions = set(re.findall(r"^def (\w+)", text, re.MULTILINE))
+    functions = set(re.findall(r"^(?:def|class) (\w+)", text, re.MULTILINE))
     constants = set(re.findall(r"^(\w+): (?!TypeAlias)", text, re.MULTILINE))
     offered = {name: value for name, value in vars(kernels).items() if name[0] != "_"}
     own = {

@@ -5,6 +5,7 @@ import pytest
 
 from mossar_stream import Performers, Segmenter, Settings
 from mossar_stream.core import plan
+from mossar_stream.core.kernels import MORE_ROOM
 
 SETTINGS = {
     "remerge_window": 20,
@@ -30,7 +31,7 @@ def segmented(core, take, settings, chunk=64, *, restores=False):
         if restores:
             segmenter = Segmenter.restore(segmenter.snapshot())
     events += segmenter.end_take()
-    return core.lines(events), segmenter.row.plan.shape.room
+    return core.lines(events), segmenter.row.plan.sizes[1]
 
 
 @pytest.mark.parametrize("level", ["motion", "posture"])
@@ -45,7 +46,7 @@ def test_events_do_not_depend_on_the_room_at_first(core, take, monkeypatch, leve
 
 
 def test_a_row_grows_no_further_than_its_window(core, take):
-    for window in (3, plan.FIRST_ROOM, plan.FIRST_ROOM + plan.MORE_ROOM + 1):
+    for window in (3, plan.FIRST_ROOM, plan.FIRST_ROOM + MORE_ROOM + 1):
         _, room = segmented(core, take, Settings(**{**SETTINGS, "remerge_window": window}))
         assert room == window
 
@@ -58,7 +59,7 @@ def test_rows_of_many_grow_each_on_its_own(core, take):
     for name in ("p1", "p2"):
         pool.announce(name, core.skeleton(4), 60.0)
     events = pool.push_many(pool.names, np.stack([positions, still]), times) + pool.end_takes()
-    rooms = [pool[name].row.plan.shape.room for name in pool.names]
+    rooms = [pool[name].row.plan.sizes[1] for name in pool.names]
     assert rooms[0] > rooms[1] == plan.FIRST_ROOM
     assert core.lines(e for e in events if e.performer == "p1") == segmented(core, take, settings)[0]
 
@@ -67,6 +68,6 @@ def test_settings_that_leave_the_row_as_it_is_leave_its_room(core, take):
     positions, times = take
     segmenter = Segmenter(core.skeleton(4), Settings(**SETTINGS), fps=60.0)
     segmenter.push(positions, times)
-    room = segmenter.row.plan.shape.room
+    room = segmenter.row.plan.sizes[1]
     events = segmenter.change(max_gap=0.3)
-    assert (events, segmenter.row.plan.shape.room) == ([], room)
+    assert (events, segmenter.row.plan.sizes[1]) == ([], room)

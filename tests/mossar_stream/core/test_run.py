@@ -6,8 +6,6 @@ import pytest
 
 from mossar_adapters.demo import performance
 from mossar_stream import KeyFrameEvent, Segmenter, Settings, Skeleton
-from mossar_stream.core import engine
-from mossar_stream.core.kernels import run, run_one
 from mossar_stream.moves.groups import groups_of
 
 MARKERS = Skeleton(tuple(f"m{j}" for j in range(8)), (), -1)
@@ -46,40 +44,80 @@ def test_another_thread_gets_an_error(limbs):
     segmenter = Segmenter(MARKERS, Settings(limbs=limbs))
     for k in range(10):
         segmenter.push(frames[k], float(times[k]))
-    segmenter.row.buffers.is_busy = True
+    segmenter.core.workspace.is_busy = True
     with pytest.raises(RuntimeError, match="two threads"):
         segmenter.push(frames[10], float(times[10]))
-    segmenter.row.buffers.is_busy = False
+    segmenter.core.workspace.is_busy = False
     segmenter.push(frames[10], float(times[10]))
 
 
-def test_ctrl_c_right_after_the_compiled_call_loses_no_event(monkeypatch):
-    take = performance(fps=30.0, seconds=12.0)
-    settings = Settings(limbs=True, level=0.0)
-    is_armed = False
+def test_memory_is_not_given_back_while_another_thread_works_on_it():
+    frames, times = swinging()
+    segmenter = Segmenter(MARKERS, Settings(limbs=ALL))
+    segmenter.push(frames, times)
+    segmenter.core.workspace.is_busy = True
+    with pytest.raises(RuntimeError, match="two threads"):
+        segmenter.release()
+    segmenter.core.workspace.is_busy = False
+    assert segmenter.end_take()[-1].event == "ended"
 
-    def interrupted(call):
+
+def test_what_was_released_says_so():
+    frames, times = swinging()
+    segmenter = Segmenter(MARKERS, Settings(limbs=ALL))
+    segmenter.push(frames, times)
+    segmenter.release()
+    segmenter.release()
+    for request in (
+        lambda: segmenter.push(frames, times),
+        lambda: segmenter.push(frames[0], float(times[0])),
+        segmenter.end_take,
+        segmenter.snapshot,
+        lambda: segmenter.stats,
+        lambda: segmenter.change(window=0.1),
+        lambda: segmenter.state,
+    ):
+        with pytest.raises(RuntimeError, match="was released"):
+            request()
+
+
+class Interrupted:
+    """A performer whose calls are cut short as soon as they have caused events, as Ctrl-C does it."""
+
+    def __init__(self, core):
+        self._core, self.is_armed = core, False
+
+    def __getattr__(self, name):
+        found = getattr(self._core, name)
+        return self._interrupted(found) if name in ("process", "process_one") else found
+
+    def _interrupted(self, call):
         def called(*given):
             done = call(*given)
-            if is_armed and buffers.events[:8].view(np.int64)[0] > 0:  # there are events
+            if self.is_armed and self._core.pending:
                 raise KeyboardInterrupt
             return done
 
         return called
 
-    monkeypatch.setattr(engine, "run", interrupted(run))
-    monkeypatch.setattr(engine, "run_one", interrupted(run_one))
+
+@pytest.mark.parametrize("chunk", [1, 4])
+def test_ctrl_c_right_after_the_compiled_call_loses_no_event(chunk):
+    take = performance(fps=30.0, seconds=12.0)
+    settings = Settings(limbs=True, level=0.0)
     whole, cut = Segmenter(take.skeleton, settings), Segmenter(take.skeleton, settings)
-    buffers = cut.row.buffers
+    cut.core = Interrupted(cut.core)
     expected, found, interrupted = [], [], 0
-    for k, frame in enumerate(take.frames.positions):
-        is_armed = False
-        expected += whole.push(frame, k / 30)
-        is_armed = True
+    for k in range(0, len(take.frames.positions), chunk):
+        frames, times = take.frames.positions[k : k + chunk], np.arange(k, k + chunk) / 30
+        expected += whole.push(frames, times[: len(frames)])
+        cut.core.is_armed = True
         try:
-            found += cut.push(frame, k / 30)
+            found += cut.push(frames, times[: len(frames)])
         except KeyboardInterrupt:
             interrupted += 1
-    found += cut.end_take()
+            cut.core.is_armed = False
+            found += cut.push(frames[:0], times[:0])  # what waits comes with the next call
     assert interrupted > 10
-    assert sorted(map(repr, found)) == sorted(map(repr, expected + whole.end_take()))
+    cut.core = cut.core._core
+    assert list(map(repr, found + cut.end_take())) == list(map(repr, expected + whole.end_take()))

@@ -231,7 +231,7 @@ def test_the_oldest_is_ranked_again_only_where_its_strength_is_near_the_level(co
         segmenter = Segmenter(core.skeleton(4), settings)
         segmenter.level = level
         key, h = (
-            region(segmenter.row.memory, segmenter.row.plan.shape, "keys"),
+            region(segmenter.row.memory, "keys"),
             segmenter.row.state["window"],
         )
         for t in range(900):

@@ -23,7 +23,6 @@ from mossar_stream.core.kernels import (
     similarity_merge_into,
 )
 from mossar_stream.core.kernels import similarity_strength as merge_cost
-from mossar_stream.core.row import body_size
 from mossar_stream.settings import Features, Settings
 from mossar_stream.similarity.protocol import make_params, slot_size
 
@@ -37,7 +36,7 @@ FEATURES = [
 
 
 def summarise(params, slot, poses, steps, joints, weights):
-    body = np.zeros(body_size(joints), np.float32)
+    body = np.zeros(-(-joints // PAGE) * PAGE_SIZE, np.float32)
     pages = body.reshape(-1, PAGE_SIZE)
     for pose, step, weight in zip(poses, steps, weights, strict=True):
         for first in range(0, joints, PAGE):

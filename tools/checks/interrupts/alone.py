@@ -186,7 +186,7 @@ def live(seed: int, tally: Tally, compared: float) -> None:
     for blow in blows:
         blob = one.snapshot() if rng.random() < compared else b""
         after = slice(blow.frames.stop, blow.frames.stop + FOLLOWING)
-        strike = Striking(rng.choice([rng.randint(1, 30), rng.randint(1, 150), rng.randint(1, 1500)]))
+        strike = Striking(rng.choice([rng.randint(1, 5), rng.randint(1, 40), rng.randint(1, 1000)]))
         events: list[Event] = []
         with strike:
             events = _done(one, stage, blow)

@@ -221,7 +221,7 @@ def live_in_pool(seed: int, tally: Tally, compared: float) -> None:
     history = scene.do(next(blows))
     for blow in blows:
         saved = scene.saved() if rng.random() < compared else None
-        strike = Striking(rng.choice([rng.randint(1, 60), rng.randint(1, 400), rng.randint(1, 3000)]))
+        strike = Striking(rng.choice([rng.randint(1, 10), rng.randint(1, 150), rng.randint(1, 2000)]))
         events: list[Event] = []
         with strike:
             events = scene.do(blow)

@@ -3,12 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core import engine
-from mossar_stream.core.buffers import Buffers
-from mossar_stream.core.kernels import RANK
+from mossar_stream.core.kernels import RANK, Channel, Performer, Workspace, at_once
 from mossar_stream.core.plan import Plan
-from mossar_stream.core.pool import new_row
-from mossar_stream.core.station import desk_of
 from mossar_stream.frames import constant_times
 from mossar_stream.settings import Settings
 from mossar_stream.skeleton import Skeleton
@@ -26,10 +22,12 @@ def counted_by(positions: Array, fps: float, skeleton: Skeleton) -> tuple[Array,
         fps: Hz.
         skeleton: Their joints.
     """
-    row = new_row(Plan(skeleton, Settings(), fps, offline=True), Buffers(), "p1")
+    plan = Plan(skeleton, Settings(), fps, offline=True)
+    row = Channel(plan, "p1", plan.new_row())
     row.analyses = []
-    engine.process(desk_of(row), np.asarray(positions, np.float32), constant_times(len(positions), fps))
-    engine.update(row, RANK)
+    core = Performer(Workspace(), (row,))
+    core.process(np.array(positions, np.float32), constant_times(len(positions), fps))
+    at_once([core], [(core.decide, RANK)])
     since, counted = zip(*row.analyses, strict=True)
     return np.array([0.0, *since]), [np.zeros((0, 4)), *map(_table, counted)]
 

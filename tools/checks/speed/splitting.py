@@ -19,7 +19,7 @@ SETTINGS = Settings(noise_margin=0.0, level="posture")  # equation 1; noise is n
 
 def run_splitting(motion: Motion, chunks: list[Chunk], until: int = SPLITTING) -> int:
     """Split a motion from its beginning and return the number of key frames; until is SPLITTING or VELOCITY_ALONE."""
-    (row,) = Plan(motion.skeleton, SETTINGS, motion.fps).new_rows(1)
+    row = Plan(motion.skeleton, SETTINGS, motion.fps).new_row()
     return sum(split_frames(row, positions, times, until) for positions, times in chunks)
 
 

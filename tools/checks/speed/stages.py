@@ -10,19 +10,20 @@ import numpy as np
 
 from checks.speed.splitting import SIZE, runs_of_splitting
 from mossar_stream import Settings
-from mossar_stream.core.buffers import Buffers
 from mossar_stream.core.kernels import (
     ANALYSIS_DUE,
-    FOLLOW,
     HAPPENED,
     SPLITTING,
     VELOCITY_ALONE,
-    advance_row,
-    analyse,
-    update_window,
+    Channel,
+    Performer,
+    Workspace,
+    analyse_body,
+    hand_out_events,
+    step_body,
+    step_events,
 )
 from mossar_stream.core.plan import Plan
-from mossar_stream.core.pool import new_row
 from mossar_tools.bench.measurement import Measurement, Timing, duration, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work
@@ -38,7 +39,8 @@ class _Drive:
     def __init__(self, motion: Motion) -> None:
         settings = Settings()
         room = settings.resolved().remerge_window  # rows grow in the loop only
-        self._row = new_row(Plan(motion.skeleton, settings, motion.fps, room=room), Buffers(), "p1")
+        plan = Plan(motion.skeleton, settings, motion.fps, room=room)
+        self._core = Performer(Workspace(), (Channel(plan, "p1", plan.new_row()),))
         self.remerging = 0.0  # s, remerge
         self.recording = 0.0  # s, making event records
         self.looking = 0.0  # s, at what is repeated
@@ -46,26 +48,25 @@ class _Drive:
         self.events = 0
 
     def run(self, chunks: list[Chunk]) -> None:
-        row = self._row
         for positions, times in chunks:
             done = 0
             while done < len(times):
-                stop, used = advance_row(row.memory, row.plan.params, positions[done:], times[done:])
+                stop, used = step_body(self._core, positions[done:], times[done:])
                 done += used
                 if stop == HAPPENED:
                     self._update()
                 elif stop == ANALYSIS_DUE:
                     began = _ticks()
-                    analyse(row.counting, row.buffers.store, times[done])
+                    analyse_body(self._core, times[done])
                     self.looking += _ticks() - began
 
     def _update(self) -> None:
         began = _ticks()
-        row, buffers = self._row, self._row.buffers
-        update_window(row.memory, row.plan.params, buffers.tools, FOLLOW)
+        step_events(self._core)
         updated = _ticks()
-        buffers.hand_out()
-        self.events += len(row.take_pending())
+        hand_out_events(self._core)
+        self.events += len(self._core.pending)
+        self._core.pending.clear()
         self.recording += _ticks() - updated
         self.remerging += updated - began
         self.calls += 1

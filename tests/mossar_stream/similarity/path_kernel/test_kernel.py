@@ -27,7 +27,6 @@ from mossar_stream.core.kernels import similarity_close as close
 from mossar_stream.core.kernels import similarity_merge_into as merge_into
 from mossar_stream.core.kernels import similarity_remerge as remerge
 from mossar_stream.core.kernels import similarity_similarity as alike
-from mossar_stream.core.row import body_size
 from mossar_stream.errors import SettingsError
 from mossar_stream.settings import Settings
 from mossar_stream.similarity import protocol
@@ -37,7 +36,7 @@ STEP = 1.0 / 64.0
 
 
 def add_frame(params, slot, pose, step, joints, time, weight, moving):
-    body = np.zeros(body_size(joints), np.float32)
+    body = np.zeros(-(-joints // PAGE) * PAGE_SIZE, np.float32)
     each = np.arange(joints)
     body[each // PAGE * PAGE_SIZE + each % PAGE + STEP_BEFORE] = step[:joints]
     similarity_add_frame(params, slot, body, pose, joints, time, weight, moving, 0.0)
