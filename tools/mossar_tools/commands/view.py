@@ -43,8 +43,13 @@ def run(options: Options, console: Console) -> int:
         and parse_url(options.sources[0]).scheme == "file"
         and options.people is None
         and not options.follow
+        and options.page != "player"
     ):
         return _play(msgspec.structs.replace(options, file=options.sources[0]), console)
+    from mossar_tools.player_page.opening import stream_with_page, wants_player_page
+
+    if wants_player_page(options):
+        return stream_with_page(options, console, page_only=True)[0]
     from mossar_tools.streaming import stream
 
     return stream(options, console, page_only=True)[0]

@@ -1,64 +1,40 @@
-// The browser's camera as a sensor: poses go to mossar on this computer, what it recognised comes back.
+// The browser's camera as the sensor: poses are estimated here and go to mossar on this computer; pictures go nowhere.
 import { PoseLandmarker } from "/vision_bundle.mjs";
 
 const AXES = [1, -1, -1]; // the maker's y points down and z away from the camera
 const FIELD = Math.PI / 3; // across the longer side, as of usual webcams; see pose/travel.py
 const VISIBLE = 0.5;
 const HIDDEN = 0.5; // s
-const SHOWN = 12; // events
 const HIPS = [23, 24];
-const at = (id) => document.getElementById(id);
-const about = await (await fetch("/about.json")).json();
-const video = at("video");
-const canvas = at("skeleton");
+const SLOW = 12; // pictures a second; fewer lose fast movements
+const SLOW_FOR = 3000; // ms, before the page says so
 
-function say(text) {
-  at("state").textContent = text;
+const video = document.createElement("video");
+const still = new OffscreenCanvas(1, 1); // the picture that is looked at, and shown with what was found in it
+const ink = still.getContext("2d", { willReadFrequently: true });
+let about, stage, controls, poses;
+let said = "starting"; // what keeps the camera from being of use
+let strays = null;
+
+// What keeps the camera from being of use; empty if nothing does.
+export function trouble() {
+  return said;
 }
 
-// Reconnects for as long as the page is open.
-class Line {
-  constructor(url, opened, received) {
-    Object.assign(this, { url, opened, received });
-    this.connect();
-  }
-
-  connect() {
-    this.socket = new WebSocket(this.url);
-    this.socket.onopen = () => this.opened(this);
-    this.socket.onmessage = (message) => this.received(JSON.parse(message.data));
-    this.socket.onclose = () => setTimeout(() => this.connect(), 1000);
-  }
-
-  // What the line cannot take at once is old by the time it can.
-  send(value) {
-    if (this.socket.readyState === WebSocket.OPEN && this.socket.bufferedAmount < 65536) {
-      this.socket.send(JSON.stringify(value));
-    }
-  }
+// Degrees by which each bone strays.
+export function colour(angles) {
+  strays = angles;
 }
 
-const poses = new Line(about.poses, (line) => line.send(about.meta), () => {});
-new Line(about.events, () => {}, show);
-
-function show(event) {
-  const text = said(event);
-  if (text === null) return;
-  const row = document.createElement("li");
-  row.textContent = text;
-  at("events").prepend(row);
-  while (at("events").children.length > SHOWN) at("events").lastChild.remove();
+function connect() {
+  poses = new WebSocket(about.poses);
+  poses.onopen = () => send(about.meta);
+  poses.onclose = () => setTimeout(connect, 1000);
 }
 
-function said(event) {
-  if (event.type === "key_frame" && event.status === "confirmed") return `key frame: ${event.kind}`;
-  if (event.type === "move" && event.status === "confirmed") return `move: ${event.name}`;
-  if (event.type === "repetition") return `repetition ${event.total}`;
-  if (event.type === "follow" && event.status === "done") return `${event.name} ${event.count}: score ${event.score.toFixed(2)}`;
-  if (event.type === "pose" && event.status !== "left") return `pose ${event.status}: ${event.name}`;
-  if (event.type === "step" && event.status === "strike") return `step: ${event.side}`;
-  if (event.type === "stream") return event.event + (event.reason ? `: ${event.reason}` : "");
-  return null;
+// What the line cannot take at once is old by the time it can.
+function send(value) {
+  if (poses.readyState === WebSocket.OPEN && poses.bufferedAmount < 65536) poses.send(JSON.stringify(value));
 }
 
 // One-Euro filter of one number, as pose/smoothing.py has it.
@@ -114,45 +90,41 @@ function certain(world, time) {
 
 // Positions in the room, m: the hips travel with the picture, the other joints with them.
 function placed(world, landmarks, time) {
-  const pixels = landmarks.map((point) => [point.x * video.videoWidth, point.y * video.videoHeight]);
+  const pixels = landmarks.map((point) => [point.x * still.width, point.y * still.height]);
   const metre = Math.exp(scale.next(Math.log(Math.max(1, pixelsAMetre(world, pixels))), time));
   const middle = [0, 1].map((n) => (pixels[HIPS[0]][n] + pixels[HIPS[1]][n]) / 2);
-  const focal = Math.max(video.videoWidth, video.videoHeight) / 2 / Math.tan(FIELD / 2);
-  const hips = [(middle[0] - video.videoWidth / 2) / metre, (middle[1] - video.videoHeight / 2) / metre, focal / metre];
+  const focal = Math.max(still.width, still.height) / 2 / Math.tan(FIELD / 2);
+  const hips = [(middle[0] - still.width / 2) / metre, (middle[1] - still.height / 2) / metre, focal / metre];
   return world.map((joint) =>
     [joint.x, joint.y, joint.z].map((value, n) => Number(((value + hips[n]) * AXES[n]).toFixed(4))));
 }
 
-function draw(landmarks) {
-  canvas.width = video.videoWidth;
-  canvas.height = video.videoHeight;
-  const pen = canvas.getContext("2d");
-  pen.strokeStyle = "#4fc3f7";
-  pen.lineWidth = Math.max(2, canvas.width / 200);
-  for (const [joint, parent] of about.meta.parents.entries()) {
-    if (!landmarks || parent < 0) continue;
-    const ends = [landmarks[joint], landmarks[parent]];
-    if (ends.some((point) => point.visibility < VISIBLE)) continue;
-    pen.beginPath();
-    for (const point of ends) pen.lineTo(point.x * canvas.width, point.y * canvas.height);
-    pen.stroke();
-  }
+
+function points(landmarks) {
+  return about.outline.places.map((pair) => {
+    const ends = pair.map((joint) => landmarks[joint]);
+    if (ends.some((point) => point.visibility < VISIBLE)) return null;
+    return [(ends[0].x + ends[1].x) / 2, (ends[0].y + ends[1].y) / 2];
+  });
 }
 
 let landmarker = null;
 let count = 0;
 let last = 0; // ms
 let recent = [];
+let slowSince = null; // ms
 
 function look(now) {
   if (landmarker && video.videoWidth && now > last) {
     last = now;
-    const found = landmarker.detectForVideo(video, now);
+    if (still.width !== video.videoWidth || still.height !== video.videoHeight) [still.width, still.height] = [video.videoWidth, video.videoHeight];
+    ink.drawImage(video, 0, 0);
+    const found = landmarker.detectForVideo(still, now);
     const world = found.worldLandmarks[0];
-    draw(found.landmarks[0]);
+    stage.showPicture(still, world ? [points(found.landmarks[0])] : [], about.outline, strays);
     if (world) {
       const time = now / 1000;
-      poses.send({
+      send({
         type: "frame",
         performer: about.meta.performer,
         seq: count++,
@@ -164,15 +136,25 @@ function look(now) {
       scale = new Steady(0.3, 1);
       seen = [];
     }
-    recent = [...recent.filter((time) => now - time < 1000), now];
-    at("rate").textContent = recent.length;
-    say(world ? "a person is in the picture" : "nobody is in the picture");
+    recent = [...recent.filter((time) => now - time < 2000), now];
+    judge(now, world);
   }
   video.requestVideoFrameCallback(look);
 }
 
+// Says what the player can do about it.
+function judge(now, world) {
+  const rate = recent.length > 1 ? (1000 * (recent.length - 1)) / (now - recent[0]) : SLOW;
+  slowSince = rate < SLOW ? slowSince ?? now : null;
+  const isSlow = slowSince !== null && now - slowSince > SLOW_FOR;
+  const faster = controls.model.value === "lite" ? "close other programs" : "the model lite is faster";
+  if (!world) said = "nobody is in the picture: step back until the whole body is in it";
+  else said = isSlow ? `only ${rate.toFixed(0)} pictures a second: ${faster}` : "";
+  video.dataset.rate = rate.toFixed(1);
+}
+
 async function load(model) {
-  say(`loading model ${model}`);
+  said = `loading the model ${model}`;
   const before = landmarker;
   landmarker = null;
   before?.close();
@@ -182,6 +164,7 @@ async function load(model) {
     runningMode: "VIDEO",
     numPoses: 1,
   });
+  [recent, slowSince] = [[], null];
 }
 
 const REFUSALS = {
@@ -197,20 +180,28 @@ async function open(device) {
     video.srcObject = await navigator.mediaDevices.getUserMedia({ video: wanted });
     await video.play();
   } catch (error) {
-    say(REFUSALS[error.name] ?? `the camera cannot be used: ${error.message}`);
+    said = REFUSALS[error.name] ?? `the camera cannot be used: ${error.message}`;
     return;
   }
   const cameras = (await navigator.mediaDevices.enumerateDevices()).filter((one) => one.kind === "videoinput");
   const used = video.srcObject.getVideoTracks()[0].getSettings().deviceId;
-  at("camera").replaceChildren(...cameras.map((one, k) => new Option(one.label || `camera ${k}`, one.deviceId)));
-  at("camera").value = used;
+  controls.camera.replaceChildren(...cameras.map((one, k) => new Option(one.label || `camera ${k}`, one.deviceId)));
+  controls.camera.value = used;
+  controls.cameras.hidden = false;
 }
 
-at("model").replaceChildren(...about.models.map((name) => new Option(name)));
-at("model").value = about.model;
-at("model").onchange = () => load(at("model").value).catch((error) => say(error.message));
-at("camera").onchange = () => open(at("camera").value);
-navigator.mediaDevices.ondevicechange = () => { if (!video.srcObject?.active) open(); };
-video.requestVideoFrameCallback(look);
-await open();
-await load(about.model).catch((error) => say(`the model cannot be loaded: ${error.message}`));
+// Opens the camera, and goes on with it for as long as the page is open.
+export async function start(given, shown, elements) {
+  [about, stage, controls] = [given, shown, elements];
+  video.muted = video.playsInline = true;
+  connect();
+  controls.model.replaceChildren(...about.models.map((name) => new Option(name)));
+  controls.model.value = about.model;
+  controls.models.hidden = false;
+  controls.model.onchange = () => load(controls.model.value).catch((error) => { said = error.message; });
+  controls.camera.onchange = () => open(controls.camera.value);
+  navigator.mediaDevices.ondevicechange = () => { if (!video.srcObject?.active) open(); };
+  video.requestVideoFrameCallback(look);
+  await open();
+  if (video.srcObject) await load(about.model).catch((error) => { said = `the model cannot be loaded: ${error.message}`; });
+}
