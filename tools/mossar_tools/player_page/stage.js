@@ -6,6 +6,9 @@ const EYE = 1.1; // m above the ground
 const AWAY = 5; // m from the figure
 const ROOM = { left: -0.75, right: 0.75, low: -0.1, high: 1.95 }; // m that are always in view
 const BACK = 0.995; // share of the rest that is kept in view from picture to picture
+const MARGIN = 0.06; // of a picture's width, beside the people in it
+const LEAST = 0.45; // of a picture's width that is always shown
+const PACE = 0.12; // share of the way to another part of the picture, from picture to picture
 const CALM = [79, 195, 247]; // on pictures
 const STRAYS = [255, 98, 0];
 
@@ -27,7 +30,7 @@ function rgb(text) {
 
 export class Stage {
   constructor(canvas, mirrored) {
-    Object.assign(this, { canvas, mirrored, room: { ...ROOM } });
+    Object.assign(this, { canvas, mirrored, room: { ...ROOM }, part: [0, 1] });
     this.pen = canvas.getContext("2d");
     this.paint();
   }
@@ -47,20 +50,37 @@ export class Stage {
     return size;
   }
 
-  // The whole picture, as large as there is room, and the people in it: points are shares of its width and height.
+  // The picture, as large as there is room, and the people in it: points are shares of its width and height. Where the
+  // stage is narrower than the picture, the sides are left out that nobody is in; no joint is.
   showPicture(picture, people, outline, strays) {
     const [width, height] = this.fit();
     const { pen } = this;
-    const scale = Math.min(width / picture.width, height / picture.height);
+    const [begin, end] = this.window(people, (width / height) * (picture.height / picture.width));
+    const scale = Math.min(width / ((end - begin) * picture.width), height / picture.height);
     const across = picture.width * scale;
     const down = picture.height * scale;
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.fillStyle = css(this.colours.stage);
     pen.fillRect(0, 0, width, height);
     if (this.mirrored) pen.setTransform(-1, 0, 0, 1, width, 0);
-    pen.translate((width - across) / 2, (height - down) / 2);
+    pen.translate(width / 2 - ((begin + end) / 2) * across, (height - down) / 2);
     pen.drawImage(picture, 0, 0, across, down);
     for (const points of people) this.drawLines(points.map((point) => point && [point[0] * across, point[1] * down]), outline, strays, down);
+  }
+
+  // Which part of a picture is shown, as shares of its width: as much as the stage has room for, and all people.
+  window(people, room) {
+    const places = people.flat().filter(Boolean).map(([x]) => x);
+    let wanted = [0, 1];
+    if (places.length && room < 1) {
+      const [first, last] = [Math.min(...places) - MARGIN, Math.max(...places) + MARGIN];
+      const wide = Math.min(1, Math.max(room, last - first, LEAST));
+      const begin = Math.min(1 - wide, Math.max(0, (first + last - wide) / 2));
+      wanted = [begin, begin + wide];
+    }
+    this.part = this.part.map((side, k) => side + PACE * (wanted[k] - side));
+    const [first, last] = [Math.min(this.part[0], ...places), Math.max(this.part[1], ...places)];
+    return [Math.max(0, first), Math.min(1, last)];
   }
 
   drawLines(points, { bones, trunk, head, back }, strays, down) {
@@ -70,7 +90,7 @@ export class Stage {
     const corners = trunk.map((place) => points[place]);
     const lines = corners.every(Boolean) && corners.length ? [[[...corners, corners[0]], straying(strays?.[back])]] : [];
     bones.forEach(([a, b], k) => {
-      if (points[a] && points[b] && !(k === back && lines.length)) lines.push([[points[a], points[b]], straying(strays?.[k])]);
+      if (points[a] && points[b] && b !== head && !(k === back && lines.length)) lines.push([[points[a], points[b]], straying(strays?.[k])]);
     });
     for (const [line, share] of lines.sort((one, other) => one[1] - other[1])) {
       pen.beginPath();

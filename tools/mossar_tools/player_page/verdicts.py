@@ -25,6 +25,9 @@ class Verdict(msgspec.Struct, frozen=True):
     kind: str
 
 
+_READY: Final = Verdict("ready", "wait")
+
+
 class Judge:
     """Judges the followed moves of one performer by the angles between bones and the example's.
 
@@ -43,9 +46,9 @@ class Judge:
         if move.progress is not None:
             self._compare(glimpse, move, outline)
         elif move.score is None:
-            return Verdict(f"ready for {move.name}", "wait")
+            return _READY
         if move.progress is not None and move.progress < _JUDGED and move.score is None:
-            return Verdict(f"ready for {move.name}", "wait")
+            return _READY
         part, angle = self._worst(outline) or (move.limb.replace("_", " "), move.angle)
         return (
             Verdict(f"{part} {angle:.0f}° off", "off") if part and angle >= OFF else Verdict("good", "good")
