@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mossar_tools.dashboard.glimpse import FollowedMove, Glimpse
 from mossar_tools.player_page.outline import outline_of
-from mossar_tools.player_page.verdicts import Judge, Verdict
+from mossar_tools.player_page.verdicts import Judge, Verdict, is_judged
 
 _RESTS: Final = Verdict("resting", "wait")
 _MOVES: Final = Verdict("moving", "good")
@@ -79,7 +79,7 @@ def _figure(glimpse: Glimpse) -> State:
     if body is None:
         return found
     found["points"] = whole(outline.points(body.joints) * 1000)
-    if example is not None:
+    if example is not None and is_judged(glimpse.followed_moves[0]):
         other = outline_of(example.skeleton)
         found["strays"] = whole(outline.strays(body.joints, example.joints, other))
         found["example"] = {**other.drawn(), "points": whole(other.points(example.joints) * 1000)}
