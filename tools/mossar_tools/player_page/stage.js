@@ -4,7 +4,8 @@ const NEAR = 12; // degrees, from which a bone that strays gets colour,
 const FAR = 30; // and from which it has all of it
 const EYE = 1.1; // m above the ground
 const AWAY = 5; // m from the figure
-const ROOM = { left: -0.75, right: 0.75, low: -0.1, high: 1.95 }; // m that are always in view
+const ROOM = { left: -0.75, right: 0.75, low: -0.1, high: 2.02 }; // m that are always in view
+const [THICK, THIN] = [1.15, 0.8]; // of a limb's mean radius, at its start and at its end
 const BACK = 0.995; // share of the rest that is kept in view from picture to picture
 const MARGIN = 0.06; // of a picture's width, beside the people in it
 const LEAST = 0.45; // of a picture's width that is always shown
@@ -20,8 +21,10 @@ function css(colour, alpha = 1) {
   return `rgb(${colour.join(" ")} / ${alpha})`;
 }
 
+// How much of the colour a bone gets that strays: none, or enough of it to be seen from afar.
 function straying(angle) {
-  return angle === null || angle === undefined ? 0 : Math.min(1, Math.max(0, (angle - NEAR) / (FAR - NEAR)));
+  if (angle === null || angle === undefined || angle < NEAR) return 0;
+  return Math.min(1, 0.6 + (0.4 * (angle - NEAR)) / (FAR - NEAR));
 }
 
 function rgb(text) {
@@ -219,19 +222,21 @@ export class Stage {
     return light;
   }
 
+  // Thinner towards its end, as limbs are.
   drawLimb([x1, y1, s1], [x2, y2, s2], wide, colour) {
     const { pen } = this;
-    const half = (wide * (s1 + s2)) / 2;
+    const [one, two] = [wide * s1 * THICK, wide * s2 * THIN];
     const long = Math.hypot(x2 - x1, y2 - y1) || 1;
     let [nx, ny] = [-(y2 - y1) / long, (x2 - x1) / long];
     if (ny > 0 || (ny === 0 && nx > 0)) [nx, ny] = [-nx, -ny]; // towards the light
-    const [x, y] = [(x1 + x2) / 2, (y1 + y2) / 2];
-    pen.strokeStyle = this.lit(x + nx * half, y + ny * half, x - nx * half, y - ny * half, colour);
-    pen.lineWidth = 2 * half;
+    const [x, y, half] = [(x1 + x2) / 2, (y1 + y2) / 2, Math.max(one, two)];
+    const along = Math.atan2(y2 - y1, x2 - x1);
+    const lean = Math.asin(Math.min(1, Math.max(-1, (one - two) / long))); // of the sides
+    pen.fillStyle = this.lit(x + nx * half, y + ny * half, x - nx * half, y - ny * half, colour);
     pen.beginPath();
-    pen.moveTo(x1, y1);
-    pen.lineTo(x2, y2);
-    pen.stroke();
+    pen.arc(x1, y1, one, along + Math.PI / 2 - lean, along - Math.PI / 2 + lean);
+    pen.arc(x2, y2, two, along - Math.PI / 2 + lean, along + Math.PI / 2 - lean);
+    pen.fill();
   }
 
   drawTrunk(corners, wide, colour) {
