@@ -37,7 +37,7 @@ def test_the_linker_is_the_compiler_with_the_options_of_python(monkeypatch):
 def test_no_extension_is_for_the_processor_of_this_machine(monkeypatch):
     monkeypatch.setattr("sys.platform", "linux")
     monkeypatch.setattr("platform.machine", lambda: "x86_64")
-    flags = {"is_strict": False, "is_sanitized": False}
+    flags = {"is_sanitized": False}
     assert flags_for("baseline", "gcc", **flags)[-1] == "-march=x86-64"
     assert flags_for("x86_64_v3", "gcc", **flags)[-1] == "-march=x86-64-v3"
     assert flags_for("baseline", "/x/ziglang/zig cc", **flags)[-1] == "-mcpu=baseline"
@@ -46,6 +46,21 @@ def test_no_extension_is_for_the_processor_of_this_machine(monkeypatch):
     monkeypatch.setattr("platform.machine", lambda: "aarch64")
     assert not [flag for flag in flags_for("baseline", "gcc", **flags) if flag.startswith("-m")]
     assert extensions.variants() == ["baseline"]
+
+
+def test_warnings_are_no_part_of_the_recipe_so_a_strict_build_is_up_to_date_afterwards(monkeypatch):
+    made = []
+    monkeypatch.setattr(extensions, "run_each", lambda words, _environment: made.append(words))
+    monkeypatch.setattr(extensions, "is_built_from", lambda _path, text: texts.append(text) or True)
+    texts = []
+    assert not any(extensions.build().values())
+    assert all(extensions.build(is_strict=True).values())
+    usual, strict = made
+    assert not usual
+    assert {words[0] for words in strict} == {"--strict"}
+    if "CC" in commands():
+        assert all("-Werror" in words for words in strict)
+    assert len(set(texts)) == len(extensions.variants())
 
 
 def test_missing_headers_are_named(monkeypatch):
@@ -88,6 +103,6 @@ def test_structs_of_numbers_and_such_structs_are_told_to_python(tmp_path, monkey
 
 
 def test_a_quick_build_differs_in_the_level_of_optimisation_alone():
-    flags = {"is_strict": False, "is_sanitized": False}
+    flags = {"is_sanitized": False}
     usual, quick = (flags_for("baseline", "gcc", **flags, is_quick=quick) for quick in (False, True))
     assert set(usual) ^ set(quick) == {"-O3", "-O1"}

@@ -90,15 +90,12 @@ def commands() -> dict[str, str]:
     return {"CC": compiler, "LDSHARED": f"{compiler} {shlex.join(options)}"}
 
 
-def flags_for(
-    variant: str, command: str, *, is_strict: bool, is_sanitized: bool, is_quick: bool = False
-) -> list[str]:
-    """Return the options for one of the two extensions.
+def flags_for(variant: str, command: str, *, is_sanitized: bool, is_quick: bool = False) -> list[str]:
+    """Return the options that decide what one of the two extensions does.
 
     Args:
         variant: `baseline` or `x86_64_v3`.
         command: The compiler's, as `commands` has it; empty for Microsoft's.
-        is_strict: Warnings are errors.
         is_sanitized: Addresses and undefined behaviour are checked at run time.
         is_quick: Compiling is to be quick, not the extension.
     """
@@ -106,14 +103,19 @@ def flags_for(
         return [
             *MICROSOFT,
             *(["/arch:AVX2"] if variant == WIDER else []),
-            *(["/W3", "/WX"] if is_strict else []),
         ]
     flags = list(SANITIZED if is_sanitized else QUICK if is_quick else OPTIMISED)
     if not is_sanitized and "CFLAGS" not in os.environ:
         # Python's own flags have -g: ten times the size. CFLAGS=-g keeps lines for a profiler.
         flags.append("-g0")
-    flags += STRICT if is_strict else ["-Wno-unused-function"]
     return flags + _level(variant, command)
+
+
+def warnings(command: str, *, is_strict: bool) -> list[str]:
+    """Return the options that decide which warnings there are, and that they are errors where `is_strict`."""
+    if not command:
+        return ["/W3", "/WX"] if is_strict else []
+    return STRICT if is_strict else ["-Wno-unused-function"]
 
 
 def _level(variant: str, command: str) -> list[str]:

@@ -8,7 +8,7 @@ import sysconfig
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from build_core.compiler import WIDER, commands, flags_for, is_x86_64
+from build_core.compiler import WIDER, commands, flags_for, is_x86_64, warnings
 from build_core.sources import PACKAGE, ROOT, as_header, built_from, is_built_from, records
 
 REQUIRED = ("setuptools>=77", "cython>=3.3,<3.4", "numpy>=2")
@@ -37,7 +37,7 @@ def build(
     """Compile the core in place; return the extensions, and whether each was compiled.
 
     Args:
-        is_strict: Warnings are errors. MOSSAR_STRICT=1 asks for it, too.
+        is_strict: Warnings are errors; what is up to date is compiled, too. MOSSAR_STRICT=1 asks for it, too.
         is_sanitized: Addresses and undefined behaviour are checked at run time. MOSSAR_SANITIZE=1 asks for it, too.
         is_forced: Compile what is up to date, too.
         is_quick: Compiling is to be quick, not the extension.
@@ -55,19 +55,20 @@ def build(
     finished: dict[Path, bool] = {}
     wanted: dict[str, list[str]] = {}
     for name in variants() if only is None else [only]:
-        flags = flags_for(
-            name,
-            environment.get("CC", ""),
-            is_strict=is_strict,
-            is_sanitized=is_sanitized,
-            is_quick=is_quick,
-        )
+        flags = flags_for(name, environment.get("CC", ""), is_sanitized=is_sanitized, is_quick=is_quick)
         compiler = Path(shlex.split(environment.get("CC", "cl"))[0]).name
         text = built_from(compiler, _recipe(flags))
         path = PACKAGE / "core" / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
-        finished[path] = is_forced or not is_built_from(path, text)
+        finished[path] = is_forced or is_strict or not is_built_from(path, text)
         if finished[path]:
-            wanted[name] = [*(["--strict"] if is_strict else []), name, "--", *flags]
+            strict = ["--strict"] if is_strict else []
+            wanted[name] = [
+                *strict,
+                name,
+                "--",
+                *flags,
+                *warnings(environment.get("CC", ""), is_strict=is_strict),
+            ]
             work_folder(name).mkdir(parents=True, exist_ok=True)
             (work_folder(name) / "built_from.h").write_text(
                 as_header({"MOSSAR_BUILT_FROM": text, "MOSSAR_RECORDS": records()}), encoding="utf-8"
@@ -95,8 +96,8 @@ def run_each(arguments: list[list[str]], environment: dict[str, str] | None = No
     for done in runs:
         if done.returncode:
             raise SystemExit(f"{done.stdout}{done.stderr}".strip())
-    for warnings in dict.fromkeys(done.stderr for done in runs):
-        sys.stderr.write(warnings)
+    for said in dict.fromkeys(done.stderr for done in runs):
+        sys.stderr.write(said)
 
 
 def _recipe(flags: list[str]) -> str:
