@@ -66,9 +66,9 @@ def stream_with_page(options: Options, console: Console, *, page_only: bool) -> 
 def pictures_of(sources: Sequence[Source], options: Options) -> list[Preview]:
     """Have the cameras among sources keep their latest pictures, unless `?picture=no`, and return what returns them."""
     for source, url in zip(sources, options.sources, strict=True):
-        camera = offered(source, KeepsPictures)
-        if camera is not None and parse_url(url).options.get("picture") != "no":
-            camera.keep_pictures()
+        keeper = offered(source, KeepsPictures)
+        if keeper is not None and parse_url(url).options.get("picture") != "no":
+            keeper.keep_pictures()
     return [camera.preview for source in sources if (camera := offered(source, Previews)) is not None]
 
 

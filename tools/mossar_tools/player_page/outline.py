@@ -74,7 +74,7 @@ class Outline(msgspec.Struct, frozen=True):
         lengths = np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
         with np.errstate(invalid="ignore", divide="ignore"):
             cosines = (one * two).sum(axis=1) / lengths
-        return np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))).astype(np.float32)
+        return np.asarray(np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))), np.float32)
 
     def drawn(self) -> dict[str, object]:
         """Return what the page needs to draw it; `back` is the bone within the trunk."""
