@@ -87,15 +87,15 @@ class Page:
         self._whole, self._place = gui.add_html(""), gui.add_html("")
         self._drawn = -1  # version of the whole recording
         self._rings = gui.add_html("")
+        self._pictures = [  # at the top of the panel, where all of it is in view
+            (preview, gui.add_image(_NO_PICTURE, label="camera", format="jpeg"))
+            for preview in getattr(show, "previews", ())
+        ]
         self._state = gui.add_html("")
         self._controls = Controls(self._server, show, folder or Path.cwd())
         self._dark = gui.add_checkbox("dark", dark)
         self._dark.on_update(lambda _: self._paint())
         self._note = gui.add_html("")
-        self._pictures = [
-            (preview, gui.add_image(_NO_PICTURE, label="camera", format="jpeg"))
-            for preview in getattr(show, "previews", ())
-        ]
         with gui.add_folder("Last key frames"):
             self._marks = gui.add_html("")
         with gui.add_folder("Statistics"):

@@ -60,10 +60,9 @@ function showBoard(person) {
   }
 }
 
-const LARGE = { watch: "now", taken: "taken", failed: "again" };
+const LARGE = { watch: "now", again: "again", taken: "taken", failed: "again" };
 
-function showTeaching({ phase, name, seconds, message, first, version: newest }) {
-  const runs = phase === "count" || phase === "watch";
+function showTeaching({ phase, runs, name, seconds, message, first, version: newest }) {
   put("teach", runs ? "Cancel" : "Teach");
   if (!at("move").value && !at("move").dataset.touched) at("move").value = first;
   at("countdown").hidden = phase === "idle";
@@ -147,8 +146,7 @@ function connect() {
 at("move").oninput = () => { at("move").dataset.touched = "yes"; };
 at("teaching").onsubmit = (event) => {
   event.preventDefault();
-  const runs = state && (state.teaching.phase === "count" || state.teaching.phase === "watch");
-  ask(runs ? { do: "cancel" } : { do: "teach", name: at("move").value });
+  ask(state?.teaching.runs ? { do: "cancel" } : { do: "teach", name: at("move").value });
 };
 at("again").onclick = () => ask({ do: "again" });
 at("theme").onclick = () => theme(root.dataset.theme !== "dark");

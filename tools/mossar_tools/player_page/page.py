@@ -161,6 +161,7 @@ class PlayerPage:
         state = teaching.state
         return {
             "phase": state.phase,
+            "runs": state.runs,
             "name": state.name,
             "seconds": state.seconds,
             "message": state.message,
