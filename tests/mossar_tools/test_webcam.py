@@ -145,7 +145,7 @@ def test_a_browser_with_a_camera_brings_key_frames_and_asks_nobody_else(page, ca
     asked, sockets, problems = [], [], []
     with api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
-        window = browser.new_page()
+        window = browser.new_context().new_page()
         window.on("request", lambda request: asked.append(request.url))
         window.on("websocket", lambda socket: sockets.append(socket.url))
         window.on("pageerror", lambda error: problems.append(str(error)))
@@ -157,6 +157,11 @@ def test_a_browser_with_a_camera_brings_key_frames_and_asks_nobody_else(page, ca
         assert "stalled" not in window.inner_text("body")
         drawn = window.evaluate(DRAWN)
         assert drawn > 100, "no skeleton is on the picture"
+        second = window.context.new_page()  # shows the figure: two windows would send two bodies as one
+        second.goto(url)
+        until(lambda: "another window" in second.locator("#note").text_content(), second)
+        window.close()
+        until(lambda: "another window" not in second.locator("#note").text_content(), second)
         browser.close()
     assert problems == []
     hosts = {

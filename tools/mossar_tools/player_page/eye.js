@@ -16,6 +16,9 @@ let about, stage, controls, poses;
 let said = "starting"; // what keeps the camera from being of use
 let strays = null;
 
+// Whether this window has the camera: one window of a browser does, the others show the figure.
+export let sees = false;
+
 // What keeps the camera from being of use; empty if nothing does.
 export function trouble() {
   return said;
@@ -190,9 +193,19 @@ async function open(device) {
   controls.cameras.hidden = false;
 }
 
-// Opens the camera, and goes on with it for as long as the page is open.
-export async function start(given, shown, elements) {
-  [about, stage, controls] = [given, shown, elements];
+// Opens the camera once no other window has it, and goes on with it for as long as the page is open.
+export function start(...given) {
+  [about, stage, controls] = given;
+  said = "another window shows the camera";
+  return navigator.locks.request("mossar camera", () => {
+    sees = true;
+    see();
+    return new Promise(() => {}); // until the window is closed
+  });
+}
+
+async function see() {
+  said = "opening the camera";
   video.muted = video.playsInline = true;
   connect();
   controls.model.replaceChildren(...about.models.map((name) => new Option(name)));

@@ -115,14 +115,10 @@ async function show(message) {
   const person = shown();
   showBoard(person);
   showTeaching(state.teaching);
-  if (eye) {
-    eye.colour(person?.strays ?? null);
-    put("note", eye.trouble());
-  } else {
-    put("note", state.note);
-    if (jpeg) await showCamera(person, jpeg);
-    else stage.showFigure(person);
-  }
+  put("note", eye ? eye.trouble() : state.note);
+  if (eye?.sees) eye.colour(person?.strays ?? null);
+  else if (jpeg) await showCamera(person, jpeg);
+  else stage.showFigure(person);
 }
 
 function connect() {
@@ -153,4 +149,4 @@ at("theme").onclick = () => theme(root.dataset.theme !== "dark");
 at("dashboard").hidden = !about.dashboard;
 theme(about.dark || matchMedia("(prefers-color-scheme: dark)").matches);
 connect();
-if (eye) await eye.start(about.eye, stage, { cameras: at("cameras"), camera: at("camera"), models: at("models"), model: at("model") });
+eye?.start(about.eye, stage, { cameras: at("cameras"), camera: at("camera"), models: at("models"), model: at("model") });
