@@ -606,6 +606,26 @@ def test_the_page_says_when_no_frames_come_and_why(told, tmp_path, squats, clock
     assert shown["performers"][0]["seconds"] == 5
 
 
+def test_a_camera_that_stops_is_told_from_a_player_who_left(told, tmp_path, squats, clock):
+    pytest.importorskip("cv2", reason="the extra webcam is not installed")
+    from mossar_adapters.pose.source import Seen
+
+    pictures = [Seen(np.zeros((36, 64, 3), np.uint8), ()) for _ in range(2)]
+    show = Shown(tmp_path, [squats[0][-1]])
+    page = PlayerPage(told.server, show, preview=lambda: pictures[0], model="full")
+
+    def note():
+        message = last_state(told, page)
+        (length,) = struct.unpack_from("<I", message)
+        return json.loads(message[4 : 4 + length])["note"]
+
+    assert note() == ""
+    clock.now += 5.0
+    assert note() == "the camera gives no more pictures"
+    pictures.pop(0)
+    assert note() == "step back until the whole body is in the picture"
+
+
 def test_what_a_window_asks_for_is_done_in_order_and_failures_are_shown(told, tmp_path, squats):
     show = Shown(tmp_path, [squats[0][-1]])
     page = PlayerPage(told.server, show)

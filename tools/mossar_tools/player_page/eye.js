@@ -150,7 +150,8 @@ function judge(now, world) {
   const rate = recent.length > 1 ? (1000 * (recent.length - 1)) / (now - recent[0]) : SLOW;
   slowSince = rate < SLOW ? slowSince ?? now : null;
   const isSlow = slowSince !== null && now - slowSince > SLOW_FOR;
-  const faster = controls.model.value === "lite" ? "close other programs" : "the model lite is faster";
+  const fetched = about.models.includes("lite") ? "" : "; to fetch it: mossar view webcam:browser?model=lite";
+  const faster = controls.model.value === "lite" ? "close other programs" : `the model lite is faster${fetched}`;
   if (!world) said = "nobody is in the picture: step back until the whole body is in it";
   else said = isSlow ? `only ${rate.toFixed(0)} pictures a second: ${faster}` : "";
   video.dataset.rate = rate.toFixed(1);

@@ -66,6 +66,7 @@ class PlayerPage:
         self._tasks = Tasks(self._fail)
         self._performers: Newest[str, _Performer] = Newest(MOST_PERFORMERS)
         self._seen: Seen | None = None  # whose picture is at hand
+        self._seen_at = 0.0  # monotonic s, when that came
         self._picture = b""
         self._people: list[Any] = []
         self._moves, self._changes = show.teaching.moves, 0
@@ -114,18 +115,19 @@ class PlayerPage:
         states = [self._state(glimpse, now) for glimpse in glimpses]
         if not self._server.windows:
             return
+        seen = self._preview() if self._preview is not None else None
+        if seen is not None and seen is not self._seen:
+            self._seen, self._picture, self._people = seen, jpeg_of(seen), people_in(seen)
+            self._seen_at = now
         state: State = {
             "performers": states,
             "teaching": self._teaching(),
             "note": self._note or self._trouble(glimpses, now),
         }
         text = json.dumps(state)
-        seen = self._preview() if self._preview is not None else None
         if seen is None:
             self._server.spread(text)
             return
-        if seen is not self._seen:
-            self._seen, self._picture, self._people = seen, jpeg_of(seen), people_in(seen)
         here = json.dumps({**state, "people": self._people, "outline": CAMERA})
         self._server.spread(text, with_text(self._picture, here.encode()))
 
@@ -149,12 +151,20 @@ class PlayerPage:
             return self._show.waits_for
         shown = [known for glimpse in glimpses if (known := self._performers.get(glimpse.performer))]
         if all(now - known.heard > _STALE for known in shown):
-            return "step back until the whole body is in the picture" if self._model else "no frames come"
+            return self._absence(now)
         slow = [known.slow_since for known in shown if known.slow_since is not None]
         if self._model and self._model != "lite" and slow and now - min(slow) > _SLOW_FOR:
             rate = min(self._show.rate_of(glimpse.performer) or 0.0 for glimpse in glimpses)
             return f"only {rate:.0f} pictures a second: the model lite is faster (webcam:?model=lite)"
         return ""
+
+    def _absence(self, now: float) -> str:
+        """Return why nobody is seen any more, as far as the page knows."""
+        if not self._model:
+            return "no frames come"
+        if self._seen is not None and now - self._seen_at > _STALE:
+            return "the camera gives no more pictures"
+        return "step back until the whole body is in the picture"
 
     def _teaching(self) -> State:
         teaching = self._show.teaching
