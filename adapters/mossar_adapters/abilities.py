@@ -81,6 +81,13 @@ class Previews(Protocol):
     preview: Callable[[], Any]
 
 
+class KeepsPictures(Protocol):
+    """A camera that keeps its latest picture for a preview, if it is asked to."""
+
+    def keep_pictures(self) -> None:
+        """Keep the latest picture from now on, so that `preview` returns it."""
+
+
 class TakesEvents(Protocol):
     """A sink of events; see `Sink`."""
 

@@ -32,6 +32,7 @@ _CLOSE = 0.5  # s that clients have to say goodbye
 _DRAIN = 0.25  # s that clients have to take the last messages
 Serve = Callable[["ServerConnection"], Awaitable[None]]
 Drain = Callable[[], list[Awaitable[None]]]
+Answer = Callable[["ServerConnection", "Request"], "Awaitable[Response | None] | Response | None"]
 
 
 class WebSocketServer:
@@ -42,6 +43,9 @@ class WebSocketServer:
         serve: Called on the server's thread for each client; when it returns, the connection is closed.
         drain: Called on it before the connections are closed; what is to be waited for, for a moment.
         max_in: Bytes of the longest message that clients may send.
+        answer: Called with each request; returns an answer that is no WebSocket, such as a page or a refusal, or None to let
+            the client in. By default it refuses pages by the option `origin`.
+        patience: Seconds that an answer may take to arrive, and that clients have to say goodbye.
 
     Attributes:
         port: Where it listens.
@@ -50,12 +54,22 @@ class WebSocketServer:
         MossarError: If the port cannot be had or the extra `web` is not installed.
     """
 
-    def __init__(self, address: Address, serve: Serve, drain: Drain = list, *, max_in: int) -> None:
+    def __init__(
+        self,
+        address: Address,
+        serve: Serve,
+        drain: Drain = list,
+        *,
+        max_in: int,
+        answer: Answer | None = None,
+        patience: float = _CLOSE,
+    ) -> None:
         needed("websockets", "web", address.url)
         if address.path not in {"", "/"}:
             raise address.error(f"there is no path in it: {address.scheme}://HOST:PORT")
         self.port = address.required_port()
         self._address, self._serve_client, self._drain, self._max_in = address, serve, drain, max_in
+        self._answer, self._patience = answer or self._refusal, patience
         self._clients: set[ServerConnection] = set()
         self._waiting: dict[Any, None] = {}  # transports of those that have not asked yet, the oldest first
         self._loop = asyncio.new_event_loop()
@@ -124,10 +138,10 @@ class WebSocketServer:
             self._client,
             self._address.host or "127.0.0.1",
             self._address.port,
-            process_request=self._refusal,
+            process_request=self._answer,
             create_connection=_counted_by(self),
             max_size=self._max_in,
-            close_timeout=_CLOSE,
+            close_timeout=self._patience,
             compression=None,
             logger=_logger(),
         )

@@ -113,6 +113,7 @@ class Options(msgspec.Struct, frozen=True):
     keep: int | None = None
     check: str | None = None
     view: bool = False
+    page: Literal["player", "dashboard"] | None = None
     port: int = 8080
     get_model: bool = False
     model: str | None = None
@@ -429,8 +430,14 @@ def add_speed(parser: argparse.ArgumentParser, default: str) -> None:
 
 
 def add_page(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the dashboard."""
-    group = parser.add_argument_group("the dashboard")
+    """Add the options of the page and the dashboard."""
+    group = parser.add_argument_group("the page")
+    group.add_argument(
+        "--page",
+        choices=("player", "dashboard"),
+        help="player: large picture, one count, one verdict; dashboard: curve and sliders (default: player for a camera, and "
+        "for senders with --follow, --moves or --repetitions)",
+    )
     group.add_argument(
         "--port", metavar="N", type=port, help="port of the page (default: 8080, or the next free one)"
     )

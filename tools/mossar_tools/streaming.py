@@ -29,30 +29,35 @@ from mossar_tools.signals import stopping
 if TYPE_CHECKING:
     from mossar_adapters.control.requests import Control
     from mossar_tools.dashboard.live import LiveShow
+    from mossar_tools.player_page.server import PlayerServer
 
 _LATE: Final = (
     0.5  # s from the opening of sources to the first look at them; a dashboard takes longer to open
 )
 
 
-def stream(options: Options, console: Console, *, page_only: bool = False) -> tuple[int, list[str]]:
+def stream(
+    options: Options, console: Console, *, page_only: bool = False, server: "PlayerServer | None" = None
+) -> tuple[int, list[str]]:
     """Run a pipeline as the options say.
 
     Args:
         options: What the user wants.
         console: Where words go.
         page_only: Whether the dashboard is all there is to see, unless sinks are named.
+        server: Of the page for players, which is shown in place of the dashboard; None for the dashboard.
 
     Returns:
         The exit status, and the summary; empty if nobody reads any more.
     """
     settings = options.settings()
     emission = Emission(options.emit)
-    check_emission(options, settings, emission, teaches=page_only)
+    teaches = page_only or server is not None
+    check_emission(options, settings, emission, teaches=teaches)
     tell_what_tables_leave_out(options, settings)
-    moves, follow = moves_to_follow(options.moves, options.follow, teaches=page_only)
+    moves, follow = moves_to_follow(options.moves, options.follow, teaches=teaches)
     if options.follow and not follow:
-        LOGGER.info("%s has nothing to follow yet; Teach on the dashboard takes an example", options.moves)
+        LOGGER.info("%s has nothing to follow yet; Teach on the page takes an example", options.moves)
     if moves is not None and options.explain:
         moves.explained = lambda explanation: LOGGER.info("%s", line_of(explanation))
     check_streamable(settings, moves, follow)
@@ -64,7 +69,7 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
         visible = is_terminal(console.out) and "-" not in options.to and not page_only
         view = LiveView(console, sources, visible=visible, emission=emission)
         missing: list[str] = []
-        show = _opened_dashboard(options, settings, sources, opened) if options.view else None
+        show = _opened_show(options, settings, sources, opened, server) if options.view else None
         pipeline = Pipeline(
             sources,
             []
@@ -112,11 +117,15 @@ def _tick(pipeline: Pipeline, view: LiveView, show: "LiveShow | None") -> None:
         show.tick(pipeline)
 
 
-def _opened_dashboard(
-    options: Options, settings: Settings, sources: Sequence[Source], opened: contextlib.ExitStack
+def _opened_show(
+    options: Options,
+    settings: Settings,
+    sources: Sequence[Source],
+    opened: contextlib.ExitStack,
+    server: "PlayerServer | None",
 ) -> "LiveShow":
+    """Show what is streamed, on the page for players if there is a server of it, else on the dashboard."""
     from mossar_tools.dashboard.live import LiveShow
-    from mossar_tools.dashboard.page import Page
     from mossar_tools.dashboard.visitors import HERE
 
     has_people = any(offered(source, HasSlots) is not None for source in sources)
@@ -124,6 +133,18 @@ def _opened_dashboard(
     if previews and options.host != HERE:
         raise UsageError("?picture=yes shows pictures on this computer only; leave --host out")
     moves = Path(options.moves) if options.moves else None
+    if server is not None:
+        from mossar_tools.player_page.opening import open_player_page, pictures_of, wanted_names
+
+        pictures = pictures_of(sources, options)
+        previews = pictures if options.host == HERE else []
+        show = LiveShow(
+            settings, moves, has_people=has_people, previews=previews, follow=wanted_names(options)
+        )
+        open_player_page(server, show, options, pictures, opened)
+        return show
+    from mossar_tools.dashboard.page import Page
+
     show = LiveShow(settings, moves, has_people=has_people, previews=previews, follow=options.follow)
     page = Page(show, options.port, dark=options.dark, host=options.host)
     opened.callback(page.close)

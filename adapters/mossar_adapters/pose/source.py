@@ -34,6 +34,7 @@ OPTIONS: Final = {
     "performer": "name of the first person",
     "picture": "yes: the dashboard shows the picture, mirrored, with the skeleton on it",
 }
+BROWSER: Final = "browser"  # in place of a number: the camera of the browser, on the page of `mossar view`
 _RATES: Final = (1.0, 240.0)  # Hz
 _SIDES: Final = (64, 8192)  # pixels
 _IDLE: Final = 0.1  # s without anything after which the reader is told so
@@ -147,6 +148,10 @@ class WebcamSource:
     def preview(self) -> Callable[[], Seen | None] | None:
         """What returns the latest picture, where the user asked for it; None where pictures are not kept."""
         return (lambda: self.seen) if self.keeps_picture else None
+
+    def keep_pictures(self) -> None:
+        """Keep the latest picture from now on, so that `preview` returns it."""
+        self.keeps_picture = True
 
     def items(self) -> Iterator[Meta | Frames | None]:
         """Yield a meta for each person at first sight, and frames one by one; None when nothing came for 0.1 s.
@@ -272,6 +277,8 @@ def wanted(
         SettingsError: If an option is unknown or its value impossible; names the legal ones.
     """
     address.check(OPTIONS)
+    if address.path == BROWSER:
+        raise address.error("the browser's camera needs its page; type: mossar view webcam:browser")
     if address.host:
         raise address.error("a camera is a number or a path: webcam:, webcam:1, webcam:/dev/video2")
     named = address.options.get("name", "")

@@ -44,7 +44,7 @@ def write_task(weights: Weights, path: Path) -> None:
 
 def _described(path: Path, mean: float, deviation: float) -> bytes:
     """Return a network with metadata that say how its pixels are scaled."""
-    needed("ai_edge_litert", "webcam", "the page of mossar webcam")
+    needed("ai_edge_litert", "webcam", "the camera of the browser (webcam:browser)")
     import flatbuffers
     from ai_edge_litert import schema_py_generated as schema
 

@@ -46,7 +46,12 @@ def run(options: Options, console: Console) -> int:
         raise UsageError("which source? A URL, a recording, or - (see mossar run --help)")
     if options.explain and not options.moves:
         raise UsageError("--explain needs --moves: it says which move was nearest in each movement")
-    status, summary = stream(options, console)
+    if options.view and options.page == "player":
+        from mossar_tools.player_page.opening import stream_with_page
+
+        status, summary = stream_with_page(options, console, page_only=False)
+    else:
+        status, summary = stream(options, console)
     if is_terminal(console.out):
         for line in summary:
             console.say(line)

@@ -1,4 +1,4 @@
-"""`mossar view`: the dashboard."""
+"""`mossar view`: the page for players and clients, and the dashboard."""
 
 import argparse
 import time
@@ -10,7 +10,8 @@ from mossar_tools.console import Console
 from mossar_tools.errors import UsageError
 from mossar_tools.options import Options, add_page, add_segmenting, add_speed, add_stream
 
-DESCRIPTION = """Show the dashboard in a browser: the motion, the velocity curve with its key frames, the segments; move the
+DESCRIPTION = """Show a camera, or a sender with --follow, --moves or --repetitions, on a page for players and clients: a large
+picture, one count, one verdict, and the dashboard one click away. Else show the dashboard in a browser: the motion, the velocity curve with its key frames, the segments; move the
 level to see which key frames it keeps. A recording is segmented as a whole and played: press on the curve or on the whole take
 below it to jump, on a key frame or its pose to stop there. Key frames are exported as CSV, the whole take as PNG.
 Other sources are shown live, and the last seconds are exported; so are recordings with --follow or --people."""
@@ -18,6 +19,7 @@ EXAMPLES = """  mossar view demo:                            the built-in perfor
   mossar view osc://0.0.0.0:39539              a VMC or Kinect program on another computer
   mossar view walk.bvh --speed 0.5             a recording at half its speed; + and - set the number of key frames
   mossar view webcam: --moves moves.json --follow squat   show a squat once (Teach); each further one is counted and judged
+  mossar view webcam: --page dashboard         the curve and the sliders of a camera
   mossar view zmq://127.0.0.1:5556 --to osc://127.0.0.1:9000
 """
 
@@ -43,8 +45,13 @@ def run(options: Options, console: Console) -> int:
         and parse_url(options.sources[0]).scheme == "file"
         and options.people is None
         and not options.follow
+        and options.page != "player"
     ):
         return _play(msgspec.structs.replace(options, file=options.sources[0]), console)
+    from mossar_tools.player_page.opening import stream_with_page, wants_player_page
+
+    if wants_player_page(options):
+        return stream_with_page(options, console, page_only=True)[0]
     from mossar_tools.streaming import stream
 
     return stream(options, console, page_only=True)[0]

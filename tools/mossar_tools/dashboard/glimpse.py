@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import KeyFrameKind, SegmentState, Skeleton
+from mossar_tools.dashboard.tally import Count
 
 
 class Mark(msgspec.Struct, frozen=True):
@@ -149,6 +150,7 @@ class Glimpse(msgspec.Struct, frozen=True):
         repeated: What was counted in this take; None if nothing was.
         followed_moves: The moves that are followed, the one to be shown large first.
         overlay: The example of that move at the same place; None while it is not being made.
+        count: What was counted since the page was opened.
     """
 
     performer: str
@@ -169,3 +171,4 @@ class Glimpse(msgspec.Struct, frozen=True):
     repeated: Repeated | None = None
     followed_moves: list[FollowedMove] = []
     overlay: Overlay | None = None
+    count: Count = Count()

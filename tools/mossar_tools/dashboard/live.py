@@ -285,6 +285,12 @@ class LiveShow:
         """End all takes and forget the running ranges."""
         self._ask(lambda pool: pool.reset(reason="asked for"))
 
+    def count_again(self) -> None:
+        """Count from 0; takes and their key frames go on."""
+        with self._lock:
+            for track in self._tracks.values():
+                track.tally.begin_again()
+
     @property
     def people(self) -> list[dict[str, object]]:
         """The slots that were used, and who is in them; see `Slots.table`."""
@@ -369,12 +375,19 @@ class LiveShow:
                 rates = self._rates.setdefault(sample.performer, deque(maxlen=int(2 * RATE)))
                 rates.append((time.monotonic(), sample.stats["frames"]))
 
+    def rate_of(self, performer: str) -> float | None:
+        """Return how many frames of a performer come in a second; None before the first."""
+        rates = self._rates.get(performer)
+        if not rates:
+            return None
+        (first, before), (_, frames) = rates[0], rates[-1]
+        span = time.monotonic() - first
+        return (frames - before) / span if span > 0.2 else 0.0
+
     def _statistics(self, performer: str) -> list[tuple[str, str]]:
-        sample, rates = self._latest.get(performer), self._rates.get(performer)
-        if sample is None or not rates:
+        sample, fps = self._latest.get(performer), self.rate_of(performer)
+        if sample is None or fps is None:
             return []
-        span = time.monotonic() - rates[0][0]
-        fps = (rates[-1][1] - rates[0][1]) / span if span > 0.2 else 0.0
         statistics = [("frames", f"{sample.stats['frames']:,}"), ("rate", f"{fps:.0f} fps")]
         latency = self._pipeline.latency.get(performer) if self._pipeline else None
         quantiles = latency.quantiles_ms() if latency else None

@@ -3,7 +3,6 @@
 import math
 import sys
 import threading
-import time
 import webbrowser
 from collections.abc import Callable
 from html import escape
@@ -21,6 +20,7 @@ from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.overview import overview, place
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.rings import rings
+from mossar_tools.dashboard.rounds import Rounds
 from mossar_tools.dashboard.style import PANEL, sheet
 from mossar_tools.dashboard.tables import WAITING, facts_card, marks_card, state_card
 from mossar_tools.dashboard.visitors import HERE, Visitors
@@ -44,6 +44,7 @@ class Page:
         dark: Whether to begin in dark.
         folder: Where files of the buttons are written.
         host: Address of this computer where it listens; other devices then need a URL that serves once.
+        visitors: Devices that another page of this program lets in; None for this page's own.
 
     Raises:
         MossarError: If viser is not installed.
@@ -57,6 +58,7 @@ class Page:
         dark: bool = False,
         folder: Path | None = None,
         host: str = HERE,
+        visitors: Visitors | None = None,
     ) -> None:
         needed("viser", "view", "the dashboard")
         import rich
@@ -69,7 +71,8 @@ class Page:
         self._show = show
         self._seeks = isinstance(show, RecordedShow)
         answers = {**_answers(show), "mossar/window": self._know_window, "mossar/forget": self._forget}
-        self._visitors = Visitors(host, _tell_invitation)
+        self._invites = visitors is None
+        self._visitors = visitors or Visitors(host, _tell_invitation)
         self._server = open_server(host, port, answers, self._visitors)
         self.port = self._server.get_port()
         if port not in (0, self.port):
@@ -84,15 +87,15 @@ class Page:
         self._whole, self._place = gui.add_html(""), gui.add_html("")
         self._drawn = -1  # version of the whole recording
         self._rings = gui.add_html("")
+        self._pictures = [  # at the top of the panel, where all of it is in view
+            (preview, gui.add_image(_NO_PICTURE, label="camera", format="jpeg"))
+            for preview in getattr(show, "previews", ())
+        ]
         self._state = gui.add_html("")
         self._controls = Controls(self._server, show, folder or Path.cwd())
         self._dark = gui.add_checkbox("dark", dark)
         self._dark.on_update(lambda _: self._paint())
         self._note = gui.add_html("")
-        self._pictures = [
-            (preview, gui.add_image(_NO_PICTURE, label="camera", format="jpeg"))
-            for preview in getattr(show, "previews", ())
-        ]
         with gui.add_folder("Last key frames"):
             self._marks = gui.add_html("")
         with gui.add_folder("Statistics"):
@@ -100,8 +103,7 @@ class Page:
         visit = show.visit if isinstance(show, RecordedShow) else None
         self._scene = Scene(self._server, DARK if dark else LIGHT, visit)
         self._paint()
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._draw_on, name="dashboard", daemon=True)
+        self._rounds = Rounds(self._draw, RATE, "dashboard")
 
     @property
     def url(self) -> str:
@@ -120,18 +122,16 @@ class Page:
             open_browser: Whether to open a browser as well.
         """
         sys.setswitchinterval(_SWITCH)
-        self._thread.start()
+        self._rounds.start()
         LOGGER.info("dashboard: %s", self.url)
-        if self._visitors.admits_others:
+        if self._invites and self._visitors.admits_others:
             _tell_invitation(self._visitors.invitation(self.port))
         if open_browser:
             threading.Thread(target=webbrowser.open, args=(self.url,), daemon=True).start()
 
     def close(self) -> None:
         """Stop drawing and serving."""
-        self._stop.set()
-        if self._thread.is_alive():
-            self._thread.join(2.0)
+        self._rounds.close()
         self._controls.close()
         self._server.stop()
 
@@ -150,22 +150,6 @@ class Page:
             dark_mode=self._dark.value, show_logo=False, show_share_button=False, brand_color=_BRAND
         )
         self._scene.paint(palette)
-
-    def _draw_on(self) -> None:
-        """Draw until stopped. What goes wrong is said once, and the next round may do better."""
-        rounds, failed = 0, False
-        while not self._stop.is_set():
-            began = time.monotonic()
-            try:
-                self._draw(rounds)
-            except Exception as error:  # noqa: BLE001 - the stream matters more than its picture
-                if not failed:
-                    LOGGER.exception("dashboard: %s", error)
-                failed = True
-            rounds += 1
-            # At least as long a rest as the work took: the page never takes more than half of a core.
-            taken = time.monotonic() - began
-            self._stop.wait(max(1.0 / RATE - taken, taken))
 
     def _draw(self, rounds: int) -> None:
         glimpses = self._show.glimpses()  # also without a viewer, so that waiting frames are processed

@@ -172,7 +172,7 @@ class _Figure:
 
     def paint(self, palette: Palette) -> None:
         """Take other colours."""
-        self._calm = np.array(rgb(palette.muted), np.float32)
+        self._calm = np.array(rgb(palette.ink), np.float32)  # the lights make all colours paler
         self._lively = np.array(rgb(palette.moving), np.float32)
         self._straying = np.array(rgb(palette.level), np.float32)
         self._example = np.array(rgb(palette.minimum), np.uint8)

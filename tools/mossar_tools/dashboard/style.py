@@ -76,7 +76,7 @@ _RULES = """
 .m-count b { display: block; font-size: min(26vh, 190px); line-height: 1; font-weight: 700; color: var(--level); }
 .m-count.watch b, .m-count.taken b { color: var(--moving); } .m-count.failed b { color: var(--muted); }
 .m-count span { display: inline-block; font-size: 22px; padding: 2px 12px; border-radius: 6px; background: var(--background); }
-.m-rings { position: fixed; left: 18px; top: 14px; z-index: 5; pointer-events: none; display: flex; flex-wrap: wrap; gap: 22px; }
+.m-rings { position: fixed; left: 18px; bottom: calc(%(strip)dpx + 14px); z-index: 5; pointer-events: none; display: flex; flex-wrap: wrap; gap: 22px; }
 .m-ring { display: flex; align-items: center; gap: 14px; font-size: 17px; }
 .m-ring b { display: inline-block; font-size: 22px; }
 .m-ring svg { width: min(24vh, 170px); height: min(24vh, 170px); }
@@ -99,7 +99,7 @@ _RULES = """
   .m-strip, .m-strip.above { top: 0; bottom: auto; right: 0; border: 0; padding: 6px 10px 0; }
   .m-strip:not(.above) { border-bottom: 1px solid var(--faint); }
   .m-whole { top: %(strip)dpx; bottom: auto; right: 0; padding: 4px 10px 0; border-bottom: 1px solid var(--faint); }
-  .m-rings { left: 10px; top: calc(%(strip)dpx + 8px); } .m-ring { font-size: 14px; } .m-ring svg { width: 84px; height: 84px; }
+  .m-rings { left: 10px; bottom: auto; top: calc(%(strip)dpx + 8px); } .m-ring { font-size: 14px; } .m-ring svg { width: 84px; height: 84px; }
   .m-count { right: 0; top: %(strip)dpx; } .m-count b { font-size: 15vh; } .m-count span { font-size: 16px; }
   .mantine-Paper-root:has(.m-strip) { width: 100%% !important; max-height: %(sheet)d%% !important; }
   .mantine-Paper-root:has(.m-strip) [style*="20em"] { width: 100vw !important; }

@@ -32,10 +32,10 @@ def state_card(
             f'<span><span class="m-pill {word}">{word}</span> &nbsp;<b>{escape(glimpse.performer)}</b></span>'
             f'<span class="big">{glimpse.now:.1f}<span class="dim" style="font-size:13px"> s</span></span></div>'
         )
-        if glimpse.repeated is not None:
-            rows.append(_repeated(glimpse.repeated))
-        if glimpse.followed_moves:
+        if glimpse.followed_moves:  # one count: what is followed is counted from the first performance on
             rows.append(followed_rows(glimpse.followed_moves))
+        elif glimpse.repeated is not None:
+            rows.append(_repeated(glimpse.repeated))
     notes = []
     if frozen:
         notes.append("the picture is paused; the stream continues")

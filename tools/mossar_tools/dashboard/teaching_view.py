@@ -52,17 +52,22 @@ def examples_card(moves: Moves | None, message: str) -> str:
 
 
 def _figure(place: int, example: Example, skeleton: Skeleton) -> str:
-    seconds = (len(example.positions) // (3 * len(skeleton)) - 1) / example.fps
+    seconds = seconds_of_example(example, skeleton)
     ask = escape(asking("mossar/forget", f"'{place}-{mark_of(example)}'"), quote=True)
     title = f"{escape(example.name)}, {seconds:.2f} s"
     return (
-        f'<figure class="m-example" data-name="{escape(example.name, quote=True)}">{_drawing(example, skeleton)}'
+        f'<figure class="m-example" data-name="{escape(example.name, quote=True)}">{drawing(example, skeleton)}'
         f'<figcaption>{seconds:.1f} s</figcaption><button title="forget {title}" onclick="{ask}">&times;</button></figure>'
     )
 
 
+def seconds_of_example(example: Example, skeleton: Skeleton) -> float:
+    """Return how long an example takes, s."""
+    return (len(example.positions) // (3 * len(skeleton)) - 1) / example.fps
+
+
 @lru_cache(maxsize=2 * MOST)
-def _drawing(example: Example, skeleton: Skeleton) -> str:
+def drawing(example: Example, skeleton: Skeleton) -> str:
     """Return the pose that is farthest from the first one, and some on the way to it, as a small picture."""
     poses = example.metres(len(skeleton)).astype(np.float64)
     centre = poses[:, skeleton.root] if skeleton.root >= 0 else poses.mean(axis=1)

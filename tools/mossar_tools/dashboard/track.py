@@ -29,6 +29,7 @@ from mossar_tools.dashboard.limb_strips import LimbStrips
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.placement import Placement
 from mossar_tools.dashboard.stretches import stretches_between
+from mossar_tools.dashboard.tally import Tally
 from mossar_tools.excerpt import curve_columns
 
 SECONDS = 20.0  # of the curve that are shown
@@ -60,6 +61,7 @@ class Track:
     def __init__(self, performer: str, skeleton: Skeleton) -> None:
         self.performer = performer
         self.skeleton = skeleton
+        self.tally = Tally()
         self._take = 0  # the first take whose strengths are of the features in force
         self._clear()
 
@@ -95,6 +97,7 @@ class Track:
 
     def add_event(self, event: Event) -> None:
         """Process an event: the body's key frames and repetitions, limbs' segments, moves, followed moves and poses."""
+        self.tally.add(event)
         if isinstance(event, MoveEvent):
             self._limb_strips.add_move(event)
         elif isinstance(event, PoseEvent):
@@ -169,6 +172,7 @@ class Track:
             limbs=self._limb_strips.stretches(start),
             moves=self._limb_strips.moves(start),
             repeated=self._repeated,
+            count=self.tally.count,
             followed_moves=self._followed_moves.ranked(),
             overlay=self._followed_moves.overlay(body.joints, self._placement, self._poses[-1][0])
             if body

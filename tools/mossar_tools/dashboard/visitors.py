@@ -42,7 +42,7 @@ class Visitors:
     @property
     def admits_others(self) -> bool:
         """Whether other devices reach the page at all."""
-        return self._host in _ANYWHERE or not _is_loopback(self._host)
+        return self._host in _ANYWHERE or not is_loopback(self._host)
 
     def invitation(self, port: int) -> str:
         """Return the URL that serves once, for a page at this port."""
@@ -53,7 +53,7 @@ class Visitors:
     def refusal(self, connection: Any, request: Any) -> Any | None:
         """Return an answer that turns a visitor away or lets it in by its key; None for those who are in."""
         origin, host = request.headers.get("Origin"), request.headers.get("Host", "")
-        if _is_loopback(connection.remote_address[0]):
+        if is_loopback(connection.remote_address[0]):
             strange = origin is not None and not _OURS.fullmatch(origin)
             return connection.respond(HTTPStatus.FORBIDDEN, _REFUSED) if strange else None
         if origin not in {None, f"http://{host}"}:  # programs that are no browsers send none
@@ -67,7 +67,7 @@ class Visitors:
 
     def asks_from_the_page(self, connection: Any, request: Any) -> bool:
         """Return whether a visitor who is in asks from the page itself, by the host that its browser names."""
-        if not _is_loopback(connection.remote_address[0]):
+        if not is_loopback(connection.remote_address[0]):
             return True  # other sites have no cookie of ours
         return _OURS.fullmatch(f"http://{request.headers.get('Host', '')}") is not None
 
@@ -92,7 +92,8 @@ class Visitors:
         return answer
 
 
-def _is_loopback(host: str) -> bool:
+def is_loopback(host: str) -> bool:
+    """Return whether an address is one of this computer that no other device reaches."""
     try:
         number = ip_address(host.partition("%")[0])
     except ValueError:

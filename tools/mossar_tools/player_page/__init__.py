@@ -1,0 +1,1 @@
+"""The page for players and clients: a large picture or figure, one count, one verdict, a ring of progress."""
