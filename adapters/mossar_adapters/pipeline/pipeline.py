@@ -20,7 +20,7 @@ from mossar_adapters.pipeline.inbox import Arrival
 from mossar_adapters.pipeline.latency import Latency
 from mossar_adapters.pipeline.newcomers import Allowance
 from mossar_adapters.pipeline.odd_times import OddTimes
-from mossar_adapters.pipeline.outcome import WITHOUT_LIMBS, Outcome, in_words
+from mossar_adapters.pipeline.outcome import GUESSED_LIMBS, WITHOUT_LIMBS, Outcome, in_words
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
 from mossar_adapters.pipeline.pool import Pool
 from mossar_adapters.pipeline.reasons import Reasons
@@ -32,7 +32,16 @@ from mossar_adapters.pipeline.upkeep import Upkeep
 from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Departure, Meta, Occupant, Source
-from mossar_stream import Event, FrameError, Frames, Moves, Settings, SettingsError, StreamEvent
+from mossar_stream import (
+    Event,
+    FrameError,
+    Frames,
+    Moves,
+    Settings,
+    SettingsError,
+    StreamEvent,
+    limbs_are_guessed,
+)
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _IDLE = 2.0  # s without frames after which a performer makes room for a newcomer
@@ -108,7 +117,7 @@ class Pipeline(Run):
         self._odd_times = OddTimes()
         self._ended: set[int] = set()  # sources that were refused
         self._came = False  # whether a performer was ever followed
-        self._limbs_lack = False  # whether it was logged that a performer has no limbs
+        self._limbs_lack = False  # whether it was logged that a performer has no limbs, or none with names
         self._allowances = [Allowance() for _ in sources]  # of each source
         self._put_off: set[int] = set()  # sources of which it was logged that they bring too much that is new
         emission = Emission(emit)
@@ -306,11 +315,18 @@ class Pipeline(Run):
         return Parcel(msgspec.structs.replace(meta, settings=settings, run=self.run_id))
 
     def _look_for_limbs(self, name: str, source: int) -> None:
-        """Log, once in a run, that limbs are wanted of a performer whose skeleton leaves none."""
+        """Log, once in a run, that limbs are wanted of a performer whose skeleton leaves none or does not name them."""
         segmenter = self.pool[name]
-        if not self._limbs_lack and segmenter.settings.limbs and not segmenter.limbs:
-            self._limbs_lack = True
-            _log.warning("%s: %s has no limbs, as %s", self._source_name(source), name, WITHOUT_LIMBS)
+        if self._limbs_lack or not segmenter.settings.limbs:
+            return
+        where = self._source_name(source)
+        if not segmenter.limbs:
+            _log.warning("%s: %s has no limbs, as %s", where, name, WITHOUT_LIMBS)
+        elif segmenter.settings.limbs is True and limbs_are_guessed(segmenter.skeleton):
+            _log.info("%s: %s: %s", where, name, GUESSED_LIMBS)
+        else:
+            return
+        self._limbs_lack = True
 
     def _log_unfollowed(self, name: str, source: int, error: Exception) -> None:
         """Log once for a performer why it cannot be followed; among many, only for the first ones."""
