@@ -13,7 +13,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
+from mossar_adapters.files.body import body_joints, body_meta
+from mossar_adapters.files.selection import of_joints
 from mossar_adapters.live import OutputClosedError
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.pipeline.inbox import Arrival
@@ -43,6 +47,7 @@ from mossar_stream import (
     limbs_are_guessed,
 )
 
+_ALL = np.zeros(0, np.intp)  # joints, where none is left out
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _IDLE = 2.0  # s without frames after which a performer makes room for a newcomer
 _MOST_LOGGED = 20  # performers that cannot be followed and are logged
@@ -109,6 +114,7 @@ class Pipeline(Run):
         name = (resume.run if resume is not None else "") or run_id or new_run_id()
         super().__init__(sources, settings, pool, StreamTime(seconds), name)
         self._metas: dict[str, Meta] = {}  # as the source announced each performer last
+        self._bodies: dict[str, NDArray[np.intp]] = {}  # the joints of each performer's body; none if all are
         self._followed: dict[str, Meta] = {}  # the same, with the skeleton that the performer is followed by
         self._heard: dict[str, _LatestFrames] = {}  # the latest frames of each performer
         self._reasons = Reasons()
@@ -224,6 +230,7 @@ class Pipeline(Run):
                 self.latency,
                 self.unusable,
                 self._metas,
+                self._bodies,
                 self._followed,
                 self._heard,
                 self._max_pauses,
@@ -243,7 +250,7 @@ class Pipeline(Run):
 
     def _may_be_new(self, name: str, meta: Meta, arrival: Arrival) -> bool:
         """Return whether a performer or a skeleton is known, or its live source may bring something new."""
-        skeleton = self._described(name, meta).skeleton
+        skeleton = body_meta(self._described(name, meta)).skeleton
         if name in self.pool and self.pool[name].skeleton == skeleton:
             return True
         if not self.feeds[arrival.source].source.live:
@@ -268,7 +275,9 @@ class Pipeline(Run):
     def _follow(self, name: str, meta: Meta, source: int) -> None:
         """Add a performer, or set its new skeleton."""
         self._metas[name] = meta
-        meta = self._followed[name] = self._described(name, meta)
+        whole = self._described(name, meta)
+        meta = self._followed[name] = body_meta(whole)
+        self._bodies[name] = body_joints(whole.skeleton, whole.reference)
         try:
             events = self.pool.announce(name, meta.skeleton, meta.fps)
         except FrameError as error:
@@ -287,7 +296,7 @@ class Pipeline(Run):
         self._look_for_limbs(name, source)
         self.send(events)
         for outlet in self.outlets:
-            outlet.put(self._announcement(name) if outlet.takes_events else Parcel(_called(meta, name)))
+            outlet.put(self._announcement(name) if outlet.takes_events else Parcel(_called(whole, name)))
 
     def _names_joints(self) -> bool:
         """Return whether the first performer is to have joints that the user names: else the name is wrong."""
@@ -390,6 +399,7 @@ class Pipeline(Run):
             arrived_at: Monotonic s.
             resumed: Whether frames had stalled before.
         """
+        whole, frames = frames, of_joints(frames, self._bodies.get(frames.performer, _ALL))
         try:
             events = self.pool.push(frames)
         except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
@@ -404,10 +414,11 @@ class Pipeline(Run):
         if resumed:
             place = max((i for i, event in enumerate(events, 1) if is_start(event)), default=0)
             events.insert(place, self.stream_event(frames.performer, "resumed"))
-        parcels = [Parcel(frames, arrived_at), *map(Parcel, starts)]
+        parcels = [*map(Parcel, starts)]
         if events:
             parcels.append(Parcel(events, arrived_at))
         for outlet in self.outlets:
+            outlet.put(Parcel(frames if outlet.takes_events else whole, arrived_at))
             for parcel in parcels:
                 outlet.put(parcel)
 
