@@ -49,9 +49,16 @@ from mossar_stream.frames import Frames as Frames
 from mossar_stream.frames import constant_times as constant_times
 from mossar_stream.frames import narrow as narrow
 from mossar_stream.frames import performer_name as performer_name
+from mossar_stream.joint_names import JointName as JointName
+from mossar_stream.joint_names import find_joints as find_joints
+from mossar_stream.joint_names import plain_name as plain_name
+from mossar_stream.joint_names import read_joint_names as read_joint_names
+from mossar_stream.joint_names import trunk_joints as trunk_joints
+from mossar_stream.joint_names import words_of as words_of
 from mossar_stream.moves.example import Example as Example
 from mossar_stream.moves.explaining import Explanation as Explanation
 from mossar_stream.moves.joints import joint_places as joint_places
+from mossar_stream.moves.limbs import limbs_are_guessed as limbs_are_guessed
 from mossar_stream.moves.moves import Moves as Moves
 from mossar_stream.moves.oddity import Oddity as Oddity
 from mossar_stream.moves.rules import FACINGS as FACINGS

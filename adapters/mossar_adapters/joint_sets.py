@@ -5,10 +5,10 @@ joints of all these sets by name, too (`mossar_stream.joint_places`): which join
 Sets without a joint at the middle of the hips have the centroid as their centre (root -1).
 """
 
-import re
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 
-from mossar_stream import MAX_NAME, Skeleton
+from mossar_stream import MAX_NAME, Skeleton, find_joints, plain_name, trunk_joints, words_of
 
 
 def _skeleton(table: str, root: str | None) -> Skeleton:
@@ -117,49 +117,33 @@ JOINT_SETS: dict[str, Skeleton] = {
     "motive": MOTIVE,
 }
 
-# Names of the humanoid bones in other programs.
-# One convention per line; Left and Right alike. Order: Hips Spine Chest UpperChest Neck Head, then of one side
-# Shoulder UpperArm LowerArm Hand UpperLeg LowerLeg Foot Toes; `-` where the convention has none.
-HUMANOID_CENTRE = ("Hips", "Spine", "Chest", "UpperChest", "Neck", "Head")
-HUMANOID_SIDE = ("Shoulder", "UpperArm", "LowerArm", "Hand", "UpperLeg", "LowerLeg", "Foot", "Toes")
-CONVENTIONS = (
-    "hips spine chest upperchest neck head @shoulder @upperarm @lowerarm @hand @upperleg @lowerleg @foot @toes",
-    "hips spine spine1 spine2 neck head @shoulder @arm @forearm @hand @upleg @leg @foot @toebase",
-    "hips chest chest2 chest3 neck head @collar @shoulder @elbow @wrist @hip @knee @ankle @toe",
-    "hip ab chest - neck head #shoulder #uarm #farm #hand #thigh #shin #foot #toe",
-    "hip abdomen chest - neck head #collar #shldr #forearm #hand #thigh #shin #foot #toe",
-    "spinebase spinemid - spineshoulder neck head - shoulder@ elbow@ wrist@ hip@ knee@ ankle@ foot@",
-    "hipcenter spine - - shouldercenter head - shoulder@ elbow@ wrist@ hip@ knee@ ankle@ foot@",
-    "pelvis spine1 spine2 spine3 neck head @collar @shoulder @elbow @wrist @hip @knee @ankle @foot",
-    "torso - - - neck head - #shoulder #elbow #hand #hip #knee #foot -",
-)
-# Acclaim names bones: a joint of rotations is where the bone begins, a joint of positions where it ends.
+# The bones of a humanoid as Acclaim names them: a joint of rotations is where the bone begins, a joint of positions where it
+# ends. Order: Hips Spine Chest UpperChest Neck Head, then of one side Shoulder UpperArm LowerArm Hand UpperLeg LowerLeg Foot
+# Toes; `-` where it has none.
 ACCLAIM_BEGINS = "root lowerback upperback thorax lowerneck head #clavicle #humerus #radius #hand #femur #tibia #foot #toes"
 ACCLAIM_ENDS = (
     "root - lowerback upperback thorax upperneck - #clavicle #humerus #radius #hipjoint #femur #tibia #foot"
 )
 
-# Joints of sensors with OpenNI: torso is the root; sides as `l_hand` or `left_hand`.
-_LIMB = {
-    "collar": "neck",
-    "shoulder": "neck",
+ENOUGH_NAMES = 8  # joints known by name, from which on the others are details
+_HAND_WORDS = frozenset(
+    ["thumb", "finger", "fingers", "fingertip", "handtip", "index", "middle", "ring", "pinky"]
+)
+_HEAD_WORDS = frozenset(["eye", "ear", "jaw", "nose", "mouth"])
+# What a joint hangs on, the nearest first; `top` is the uppermost joint of the trunk.
+_ABOVE = {
+    "neck": "top hips torso",
+    "head": "neck top hips torso",
+    "collar": "top neck hips torso",
+    "shoulder": "collar top neck hips torso",
     "elbow": "shoulder",
     "wrist": "elbow",
-    "hand": "elbow",
-    "finger": "hand",
-    "fingertip": "hand",
-    "hip": "torso",
+    "hand": "wrist elbow",
+    "hip": "hips torso",
     "knee": "hip",
     "ankle": "knee",
-    "foot": "knee",
+    "foot": "ankle knee",
 }
-_PARENTS = {"neck": "torso", "head": "neck", "waist": "torso"} | {
-    side + joint: parent if parent in {"neck", "torso"} else side + parent
-    for side in ("l_", "r_", "left_", "right_")
-    for joint, parent in _LIMB.items()
-}
-
-_CENTRES = ("hips", "pelvis", "midhip", "hipcenter", "spinebase", "hipcentre", "root", "hip", "sacrum")
 
 
 def with_known_parents(names: Sequence[str]) -> tuple[tuple[int, ...], int]:
@@ -175,18 +159,67 @@ def with_known_parents(names: Sequence[str]) -> tuple[tuple[int, ...], int]:
     Returns:
         One parent per joint (all -1 if no set fits), and the index of the root, -1 for the centroid.
     """
-    plain = [_plain(name) for name in names]
+    plain = [plain_name(name) for name in names]
     inner = [name for name in plain if not name.endswith("end")]
     best = max(JOINT_SETS.values(), key=lambda known: len(_shared(inner, known)))
     if 3 * len(_shared(inner, best)) < 2 * len(inner) or not inner:
-        return (-1,) * len(plain), _centre(plain)
-    known = [_plain(name) for name in best.names]
+        return _parents_by_names(names, plain) or ((-1,) * len(plain), _centre(names, plain))
+    known = [plain_name(name) for name in best.names]
     place = {name: i for i, name in reversed(list(enumerate(plain)))}
     parents = tuple(
         -1 if place[name] != i else place.get(_parent(name, known, best, place), -1)
         for i, name in enumerate(plain)
     )
     return parents, place.get(known[best.root], -1) if best.root >= 0 else -1
+
+
+def _parents_by_names(names: Sequence[str], plain: Sequence[str]) -> tuple[tuple[int, ...], int] | None:
+    """Return parents and root of joints that are known by name one by one; None if too few are."""
+    found = find_joints(names)
+    parents = dict(_hanging(names, found))
+    for joint, name in enumerate(plain):
+        if name.endswith("end") and joint not in parents and name.removesuffix("end") in plain:
+            parents[joint] = plain.index(name.removesuffix("end"))
+    if len(found) < ENOUGH_NAMES or 3 * len(parents) < 2 * len(names):
+        return None
+    root = found.get("hips", found.get("torso", -1))
+    return tuple(parents.get(joint, -1) if joint != root else -1 for joint in range(len(names))), root
+
+
+def _hanging(names: Sequence[str], found: Mapping[str, int]) -> Iterator[tuple[int, int]]:
+    """Yield joints that are known by name, or are details of hands and heads, and what they hang on."""
+    trunk = trunk_joints(names)
+    root = found.get("hips", found.get("torso", -1))
+    yield from _upwards(root, trunk)
+    chest = found.get("chest", -1)
+    top = chest if chest >= 0 and chest not in trunk else (trunk or [-1])[-1]
+    if top not in trunk and top >= 0:
+        yield top, (trunk or [root])[-1]
+    for slot, joint in found.items():
+        side, _, part = slot.rpartition("_")
+        if part in _ABOVE:
+            wanted = {"top": top, "hips": root, "torso": root, "neck": found.get("neck", -1)}
+            own = (wanted.get(a, found.get(f"{side}_{a}" if side else a, -1)) for a in _ABOVE[part].split())
+            yield joint, next((above for above in own if above not in (-1, joint)), -1)
+        elif joint == root:
+            yield joint, -1
+    known = set(found.values())
+    for joint, name in enumerate(names):
+        words = set(words_of(name))
+        if joint in known:
+            continue
+        side = "left" if words & {"left", "l"} else "right" if words & {"right", "r"} else ""
+        if words & _HAND_WORDS and side:
+            yield joint, found.get(f"{side}_hand", found.get(f"{side}_wrist", -1))
+        elif words & _HEAD_WORDS:
+            yield joint, found.get("head", -1)
+        elif "waist" in words and joint != root:
+            yield joint, root
+
+
+def _upwards(root: int, trunk: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """Yield each joint of a trunk, from below, with the one that it hangs on."""
+    yield from ((joint, below) for below, joint in itertools.pairwise([root, *trunk]))
 
 
 def _parent(name: str, known: Sequence[str], best: Skeleton, place: Mapping[str, int]) -> str:
@@ -201,16 +234,11 @@ def _parent(name: str, known: Sequence[str], best: Skeleton, place: Mapping[str,
 
 def openni_parents(names: Sequence[str]) -> tuple[tuple[int, ...], int]:
     """Return parents and root of joints with the names of OpenNI's sensors; of other names as `with_known_parents` does."""
-    place = {name: i for i, name in enumerate(names)}
-    if "torso" not in place:
+    found = find_joints(names)
+    if "torso" not in found or "hips" in found:
         return with_known_parents(names)
-    parents = []
-    for name in names:
-        ancestor = _PARENTS.get(name, "")
-        while ancestor and ancestor not in place:
-            ancestor = _PARENTS.get(ancestor, "")
-        parents.append(place.get(ancestor, -1))
-    return tuple(parents), place["torso"]
+    parents = dict(_hanging(names, found))
+    return tuple(parents.get(joint, -1) for joint in range(len(names))), found["torso"]
 
 
 def by_count(count: int) -> Skeleton | None:
@@ -218,19 +246,12 @@ def by_count(count: int) -> Skeleton | None:
     return {17: COCO_17, 33: BLAZEPOSE_33, 25: BODY_25, 18: BODY_18}.get(count)
 
 
-def _plain(name: str) -> str:
-    return re.sub(r"[^a-z0-9]", "", name.lower().rpartition(":")[2])
-
-
 def _shared(plain: Sequence[str], known: Skeleton) -> set[str]:
-    return set(plain) & {_plain(name) for name in known.names}
+    return set(plain) & {plain_name(name) for name in known.names}
 
 
-def _centre(plain: Sequence[str]) -> int:
-    for centre in _CENTRES:
-        if centre in plain:
-            return plain.index(centre)
-    return -1
+def _centre(names: Sequence[str], plain: Sequence[str]) -> int:
+    return find_joints(names).get("hips", plain.index("sacrum") if "sacrum" in plain else -1)
 
 
 def printable_names(skeleton: Skeleton) -> Skeleton:

@@ -20,6 +20,7 @@ class Meta(msgspec.Struct, frozen=True):
         recording: Path or URL of the recording; empty for live sources.
         settings: Of the segmentation, as plain values; the pipeline adds them for sinks of events.
         run: The run of the program; the pipeline adds it for sinks of events.
+        reference: Joints that are no part of the body: they come with frames, and are left out where the body counts.
         assumed: Whether the sender has not described the skeleton, so that it follows from the number of joints.
     """
 
@@ -31,6 +32,7 @@ class Meta(msgspec.Struct, frozen=True):
     settings: dict[str, Any] | None = None
     run: str | None = None
     assumed: bool = False
+    reference: tuple[str, ...] = ()
 
 
 class Departure(msgspec.Struct, frozen=True):
@@ -91,6 +93,8 @@ class Recording(msgspec.Struct, frozen=True):
         frame_count: Number of frames if known without reading them all.
         performers: Names of the performers if there are several; they share the skeleton.
         up: The axis that the file says points upwards.
+        metres: What one unit of the file was taken for, m.
+        reference: Joints that are no part of the body, as in `Meta`.
     """
 
     path: str
@@ -101,6 +105,8 @@ class Recording(msgspec.Struct, frozen=True):
     frame_count: int | None = None
     performers: tuple[str, ...] = ("p1",)
     up: Up = "auto"
+    metres: float = 1.0
+    reference: tuple[str, ...] = ()
 
 
 class Chunks(Protocol):

@@ -15,12 +15,17 @@ from mossar_adapters.extras import installed
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Listener
 from mossar_adapters.people import REMEMBERED, People, PeopleSource
+from mossar_adapters.receiving.checked import BodySource, CheckedSource
 from mossar_adapters.receiving.selection import SelectedSource
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
 from mossar_stream import SettingsError
 
 Speed = float | Literal["max"]
+# Schemes whose senders say what a joint is and in which unit; cameras and the built-in performer are our own.
+_DESCRIBED_BY_SENDERS = frozenset(
+    ["-", "osc", "osc.udp", "zmq", "zmq+bind", "ipc", "ipc+bind", "zmq+ipc", "zmq+bind+ipc", "ws+bind", "lsl"]
+)
 
 
 class OpenOptions(msgspec.Struct, frozen=True):
@@ -103,11 +108,13 @@ def open_source(
     inner = given if people is None else msgspec.structs.replace(given, performer=None)
     wanted = OpenOptions(inner, speed, listener, loop=loop, people=people)
     source: Source = opened(address, wanted)
+    if address.scheme in _DESCRIBED_BY_SENDERS:
+        source = CheckedSource(source, inner)
     picky = inner.joints or inner.root or inner.performer
     source = SelectedSource(source, inner) if picky and address.scheme != "file" else source
     if people is None:
         return source
-    source = PeopleSource(source, people, remember)
+    source = PeopleSource(BodySource(source), people, remember)
     return SelectedSource(source, ReadOptions(performer=given.performer)) if given.performer else source
 
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.errors import FrameError
-from mossar_stream.moves.joints import MEAN, REMEMBERED, known_joints
+from mossar_stream.joint_names import REMEMBERED
+from mossar_stream.moves.joints import MEAN, known_joints
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.settings.limb_groups import parse_groups
 from mossar_stream.skeleton import Skeleton

@@ -4,40 +4,28 @@ A joint that a set lacks may lie in the middle of two that it has, as the centre
 Joints that say little of a move (spine, neck, hands beside wrists, feet beside ankles) may be missing; others may not.
 """
 
-import functools
 import re
 from typing import NamedTuple
 
 from mossar_stream.errors import FrameError
+from mossar_stream.joint_names import SIDES, find_joints, plain_name, words_of
 from mossar_stream.skeleton import Skeleton
 
-# What joints are called in Kinect v1 and v2, COCO, BlazePose, OpenPose, CMU, VMC humanoid, Mixamo, Motive: of several
-# that a set has, the first is meant (a humanoid's LeftShoulder is the collar bone, its LeftUpperArm the shoulder).
-_TRUNK = {
-    "hips": "spinebase hipcenter hipcentre hips pelvis midhip root hip",
-    "spine": "spinemid spine lowerback ab",
-    "chest": "spineshoulder shouldercenter shouldercentre upperchest spine2 thorax chest",
-    "neck": "neck upperneck lowerneck",
-    "head": "head nose",
-}
-_SIDED = {
-    "shoulder": "{s}upperarm {s}arm {c}uarm {c}clavicle {s}shoulder shoulder{s} {c}shoulder",
-    "elbow": "{s}lowerarm {s}forearm {c}farm {c}humerus {s}elbow elbow{s} {c}elbow",
-    "wrist": "{s}wrist wrist{s} {c}radius {c}wrist {s}hand {c}hand",
-    "hand": "{s}hand hand{s} {c}hand {s}index",
-    "hip": "{s}upperleg {s}upleg {c}thigh {c}hipjoint {s}hip hip{s} {c}hip",
-    "knee": "{s}lowerleg {s}leg {c}shin {c}femur {s}knee knee{s} {c}knee",
-    "ankle": "{s}ankle ankle{s} {c}tibia {c}ankle {s}foot {c}foot",
-    "foot": "{s}toes {s}toebase {s}footindex {s}foot foot{s} {c}foot {c}toe {c}bigtoe",
-}
 _MIDDLES = {"hips": ("left_hip", "right_hip"), "chest": ("left_shoulder", "right_shoulder")}
 _OPTIONAL = frozenset(
     {"spine", "chest", "neck", "left_hand", "right_hand", "left_foot", "right_foot"},
 )
+_SLOTS = frozenset(
+    ["hips", "spine", "chest", "neck", "head"]
+    + [
+        f"{side}_{part}"
+        for side in SIDES
+        for part in ["shoulder", "elbow", "wrist", "hand", "hip", "knee", "ankle", "foot"]
+    ]
+)
 ENOUGH_NAMES = 8  # joints known by name: then the others are details, too
 CENTRE = "hips"
 MEAN = -1  # in place of a joint: the mean of all
-REMEMBERED = 64  # skeletons of which is remembered what was found
 
 
 # Pose estimators have many joints in faces and hands, which shake more than they say: the wrist stands for its fingers.
@@ -55,22 +43,12 @@ def details(skeleton: Skeleton) -> int:
         >>> details(Skeleton(("left_wrist", "left_pinky")))
         0
     """
-    plain = [re.sub("[^a-z]", "", name.lower()) for name in skeleton.names]
+    texts = [name.lower() if name.isascii() else "".join(words_of(name)) for name in skeleton.names]
+    plain = [re.sub("[^a-z]", "", text) for text in texts]
     found = [j for j, name in enumerate(plain) if _DETAIL.fullmatch(name) and "foot" not in name]
     if len(plain) - len(found) < ENOUGH_NAMES:
         return 0
     return sum(1 << j for j in found if j < 64)
-
-
-def _table() -> dict[str, tuple[str, ...]]:
-    table = {slot: tuple(names.split()) for slot, names in _TRUNK.items()}
-    for side in ("left", "right"):
-        for part, names in _SIDED.items():
-            table[f"{side}_{part}"] = tuple(names.format(s=side, c=side[0]).split())
-    return table
-
-
-_NAMES = _table()
 
 
 class Pair(NamedTuple):
@@ -82,20 +60,7 @@ class Pair(NamedTuple):
 
 def known_joints(skeleton: Skeleton) -> dict[str, int]:
     """Return which joints of a skeleton are known by name: slots such as "left_wrist" to indices."""
-    return dict(_known_joints(skeleton))
-
-
-@functools.lru_cache(REMEMBERED)  # asked many times of each; a thousand names take 5 ms
-def _known_joints(skeleton: Skeleton) -> dict[str, int]:
-    place = {_plain(name): joint for joint, name in reversed(list(enumerate(skeleton.names)))}
-    taken: set[int] = set()
-    found: dict[str, int] = {}
-    for slot, names in _NAMES.items():
-        joint = next((place[name] for name in names if name in place and place[name] not in taken), None)
-        if joint is not None:
-            found[slot] = joint
-            taken.add(joint)
-    return found
+    return {slot: joint for slot, joint in find_joints(skeleton.names).items() if slot in _SLOTS}
 
 
 def joint_places(skeleton: Skeleton) -> dict[str, tuple[int, int]]:
@@ -140,7 +105,7 @@ def shared_joints(shown: Skeleton, streamed: Skeleton) -> tuple[list[str], list[
     for name in _wanted(shown):
         if name in theirs:
             names.append(name)
-        elif not (known and (name in _OPTIONAL or name not in _NAMES)):
+        elif not (known and (name in _OPTIONAL or name not in _SLOTS)):
             missing.append(name)
     if missing:
         shown_names = [name if name.isprintable() else ascii(name) for name in missing[:20]]
@@ -172,4 +137,4 @@ def _place(places: dict[str, Pair], skeleton: Skeleton, name: str) -> Pair:
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"[^a-z0-9]", "", name.lower().rpartition(":")[2]) or name.lower()
+    return plain_name(name) or name.lower()

@@ -1,11 +1,12 @@
 """Limbs: which joints belong together, by the names of known joint sets or else by the hierarchy."""
 
 from mossar_stream.events import BODY
-from mossar_stream.moves.joints import known_joints
+from mossar_stream.moves.joints import ENOUGH_NAMES, known_joints
 from mossar_stream.settings.limb_groups import MOST_LIMBS
 from mossar_stream.skeleton import Skeleton
 
 TRUNK = "trunk"
+LEAST_LIMB = 3  # joints, one below the other, of a limb that branches off
 _PARTS = {"shoulder": "arm", "elbow": "arm", "wrist": "arm", "hand": "arm"} | dict.fromkeys(
     ("hip", "knee", "ankle", "foot"), "leg"
 )
@@ -14,9 +15,9 @@ _PARTS = {"shoulder": "arm", "elbow": "arm", "wrist": "arm", "hand": "arm"} | di
 def limbs_of(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
     """Return the joints of each limb of a skeleton.
 
-    Trunk with head, left and right arm, left and right leg where the joints are known by name; otherwise what hangs on
-    the root, one limb for each of its children, called like it ("body_limb" for `body`, the
-    channel of the body).
+    Trunk with head, left and right arm, left and right leg where the joints are known by name. Otherwise the hierarchy decides:
+    what hangs on the root are limbs, called like their first joint ("body_limb" for `body`, the channel of the body). A
+    stem that limbs hang on, as a spine with arms, is the trunk.
 
     Args:
         skeleton: Of the performer.
@@ -29,13 +30,19 @@ def limbs_of(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
         {'rod': (1, 2), 'wheel': (3,)}
     """
     known = known_joints(skeleton)
-    if len(known) >= 8:
+    if not limbs_are_guessed(skeleton):
         return _named(skeleton, known)
-    children = [joint for joint, parent in enumerate(skeleton.parents) if parent == max(skeleton.root, 0)]
-    names = {child: skeleton.names[child] for child in children[:MOST_LIMBS]}
-    below = _below(skeleton, list(names))
-    found = {f"{name}_limb" if name == BODY else name: below[child] for child, name in names.items()}
-    return found or {TRUNK: tuple(range(len(skeleton)))}
+    return _by_hierarchy(skeleton)
+
+
+def limbs_are_guessed(skeleton: Skeleton) -> bool:
+    """Return whether limbs follow from the hierarchy, because too few joints are known by name.
+
+    Example:
+        >>> limbs_are_guessed(Skeleton(("hip", "rod", "tip", "wheel"), (-1, 0, 1, 0)))
+        True
+    """
+    return len(known_joints(skeleton)) < ENOUGH_NAMES
 
 
 def limb_of_slot(slot: str) -> str:
@@ -54,6 +61,54 @@ def _named(skeleton: Skeleton, known: dict[str, int]) -> dict[str, tuple[int, ..
     order = (TRUNK, "left_arm", "right_arm", "left_leg", "right_leg")
     members = {name: tuple(j for j in range(len(skeleton)) if limb[j] == name) for name in order}
     return {name: joints for name, joints in members.items() if joints}
+
+
+def _by_hierarchy(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
+    children: list[list[int]] = [[] for _ in skeleton.names]
+    for joint, parent in enumerate(skeleton.parents):
+        if parent >= 0:
+            children[parent].append(joint)
+    root = max(skeleton.root, 0)
+    shapes, depths = _shapes(children)
+    of_root = [shapes[child] for child in children[root]]
+    tops, trunk = [], []
+    for child in children[root]:
+        is_single = of_root.count(shapes[child]) == 1  # unlike legs, of which there are two
+        stem = _stem(child, children, depths) if is_single else []
+        tops += children[stem[-1]] if stem else [child]
+        trunk += stem
+    tops = tops[: MOST_LIMBS - bool(trunk)]
+    below = _below(skeleton, tops)
+    named = {skeleton.names[top]: below[top] for top in tops}
+    found = {f"{name}_limb" if name == BODY else name: joints for name, joints in named.items()}
+    if trunk and found:
+        found.pop(TRUNK, None)
+        found = {TRUNK: tuple(sorted([root, *trunk])), **found}
+    return found or {TRUNK: tuple(range(len(skeleton)))}
+
+
+def _shapes(children: list[list[int]]) -> tuple[list[int], list[int]]:
+    """Return a number for the shape of what hangs on each joint, and how many joints one below the other it has."""
+    hanging = {child for own in children for child in own}
+    order = [joint for joint in range(len(children)) if joint not in hanging]
+    for joint in order:  # grows while it is read
+        order += children[joint]
+    numbers: dict[tuple[int, ...], int] = {}
+    shapes, depths = [0] * len(children), [1] * len(children)
+    for joint in reversed(order):
+        own = children[joint]
+        shapes[joint] = numbers.setdefault(tuple(sorted(shapes[child] for child in own)), len(numbers))
+        depths[joint] = 1 + max((depths[child] for child in own), default=0)
+    return shapes, depths
+
+
+def _stem(joint: int, children: list[list[int]], depths: list[int]) -> list[int]:
+    """Return the joints from one up to where limbs of several joints branch off; none where that is no stem."""
+    stem = [joint]
+    while len(children[stem[-1]]) == 1:
+        stem.append(children[stem[-1]][0])
+    long = [child for child in children[stem[-1]] if depths[child] >= LEAST_LIMB]
+    return stem if len(long) >= 2 else []
 
 
 def _below(skeleton: Skeleton, tops: list[int]) -> dict[int, tuple[int, ...]]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.core.kernels import mean_heading
 from mossar_stream.errors import MovesError
+from mossar_stream.joint_names import counterparts
 from mossar_stream.moves.example import Example
 from mossar_stream.moves.facing import girdles_of
 from mossar_stream.moves.joints import known_joints
@@ -42,8 +43,7 @@ def mirrored_joints(skeleton: Skeleton) -> list[int]:
         MovesError: If the names tell no sides apart, or a joint has no counterpart.
     """
     known = known_joints(skeleton)
-    place = {name: joint for joint, name in enumerate(skeleton.names)}
-    found = [place.get(other_side(name), -1) for name in skeleton.names]
+    found = counterparts(skeleton.names)
     for slot, joint in known.items():
         found[joint] = known.get(other_side(slot), -1)
     for joint, other in enumerate(found):

@@ -1,8 +1,7 @@
 """Feet: which joints or markers of a skeleton belong to which foot, by name."""
 
-import re
-
 from mossar_stream.errors import FrameError
+from mossar_stream.joint_names import plain_name
 from mossar_stream.moves.joints import known_joints
 from mossar_stream.settings.feet import MOST_POINTS, SIDES, parse_feet
 from mossar_stream.skeleton import Skeleton
@@ -40,7 +39,7 @@ def feet_of(skeleton: Skeleton, named: str = "") -> dict[str, tuple[int, ...]]:
         return {
             side: tuple(_place(skeleton, name) for name in names) for side, names in parse_feet(named).items()
         }
-    place = {_plain(name): joint for joint, name in reversed(list(enumerate(skeleton.names)))}
+    place = {plain_name(name): joint for joint, name in reversed(list(enumerate(skeleton.names)))}
     feet: dict[str, tuple[int, ...]] = {
         side: _by_markers(place, side) or _by_joints(skeleton, side) for side in SIDES
     }
@@ -57,7 +56,7 @@ def tops_of(skeleton: Skeleton) -> tuple[int, ...]:
     for slot in ("head", "neck", "chest", "spine", "hips"):
         if slot in known:
             return (known[slot],)
-    place = {_plain(name): joint for joint, name in reversed(list(enumerate(skeleton.names)))}
+    place = {plain_name(name): joint for joint, name in reversed(list(enumerate(skeleton.names)))}
     found = [place[name] for name in _TOPS if name in place]
     slots = [
         known[slot] for slot in ("left_shoulder", "right_shoulder", "left_hip", "right_hip") if slot in known
@@ -84,7 +83,3 @@ def _place(skeleton: Skeleton, name: str) -> int:
         return skeleton.index(name)
     except FrameError as error:
         raise FrameError(f"feet: {error}") from None
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[^a-z0-9]", "", name.lower().rpartition(":")[2])

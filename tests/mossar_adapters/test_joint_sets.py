@@ -8,6 +8,7 @@ from mossar_adapters.joint_sets import (
     KINECT_20,
     NTU_25,
     by_count,
+    openni_parents,
     with_known_parents,
 )
 
@@ -62,3 +63,35 @@ def test_unnamed_poses_are_told_apart_by_their_number():
     assert by_count(18) is BODY_18
     assert by_count(19) is None
     assert (NTU_25.names[20], CMU_31.names[0]) == ("SpineShoulder", "root")
+
+
+def test_names_of_other_programs_hang_on_each_other_too():
+    names = [
+        "pelvis",
+        "spine_01",
+        "spine_03",
+        "neck_01",
+        "head",
+        "clavicle_l",
+        "upperarm_l",
+        "lowerarm_l",
+        "hand_l",
+        "index_01_l",
+    ]
+    names += ["thigh_l", "calf_l", "foot_l", "ball_l", "eye_l"]
+    parents, root = with_known_parents(names)
+    assert root == 0
+    assert [names[parent] if parent >= 0 else "" for parent in parents] == [
+        "", "pelvis", "spine_01", "spine_03", "neck_01", "spine_03", "clavicle_l", "upperarm_l", "lowerarm_l", "hand_l",
+        "pelvis", "thigh_l", "calf_l", "foot_l", "head",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("spelling", [str.lower, str.title, str.upper])
+def test_sensors_with_openni_are_known_in_any_spelling(spelling):
+    names = [
+        spelling(name)
+        for name in ("torso", "neck", "left_shoulder", "left_elbow", "left_hand", "left_hip", "left_knee")
+    ]
+    parents, root = openni_parents(names)
+    assert (parents, root) == ((-1, 0, 1, 2, 3, 0, 5), 0)

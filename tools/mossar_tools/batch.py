@@ -17,7 +17,7 @@ import msgspec.structs
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording, OnProgress
-from mossar_adapters.pipeline.outcome import WITHOUT_LIMBS
+from mossar_adapters.pipeline.outcome import GUESSED_LIMBS, WITHOUT_LIMBS
 from mossar_adapters.segment_csv import (
     COLUMNS,
     COUNTED,
@@ -39,6 +39,7 @@ from mossar_stream import (
     Step,
     gait_of,
     joint_angles,
+    limbs_are_guessed,
     ranges_of_motion,
     segment_recording,
     step_table,
@@ -114,6 +115,8 @@ def segment_whole(
     )
     if settings.limbs and not result.limbs:
         LOGGER.warning("%s: there are no limbs, as %s", loaded.name, WITHOUT_LIMBS)
+    elif settings.limbs is True and limbs_are_guessed(loaded.skeleton):
+        LOGGER.info("%s: %s", loaded.name, GUESSED_LIMBS)
     return loaded, result, chosen_of(result, options.keep)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
 from mossar_adapters.files.assembly import confident
+from mossar_adapters.files.body import body_recording
 from mossar_adapters.source import Recording
 from mossar_stream import (
     FollowEvent,
@@ -83,7 +84,7 @@ def segment_file(
     Raises:
         MossarError: If it cannot be read, or is too large to be held in memory.
     """
-    recording = open_recording(path, reading)
+    recording = body_recording(open_recording(path, reading))
     chunks = _chunks(recording)
     if not chunks:
         raise FileError(path, "there is no frame in the file")

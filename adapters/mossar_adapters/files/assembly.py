@@ -8,9 +8,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.files.body import body_height, first_frames
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.files.units import Scale, guessed_scale, height, metres_of, stated_scale
+from mossar_adapters.files.units import Scale, guessed_scale, metres_of, stated_scale
 from mossar_adapters.source import Chunks, Recording
 from mossar_stream import MAX_JOINTS, MAX_NAME, FrameError, Frames, Skeleton, narrow
 
@@ -98,14 +99,14 @@ def in_metres(recording: Recording, scale: Scale) -> Recording:
     """Return the recording with its coordinates multiplied and the note about it added."""
     notes = recording.notes if scale.note is None else (*recording.notes, scale.note)
     if scale.metres == 1.0:
-        return msgspec.structs.replace(recording, notes=notes)
+        return msgspec.structs.replace(recording, notes=notes, metres=1.0)
 
     def chunks() -> Iterator[Frames]:
         for frames in recording.chunks():
             scaled = frames.positions.astype(np.float64) * scale.metres
             yield sane_frames(scaled, frames.times, frames.confidence, frames.performer, frames.first_frame)
 
-    return msgspec.structs.replace(recording, chunks=chunks, notes=notes)
+    return msgspec.structs.replace(recording, chunks=chunks, notes=notes, metres=scale.metres)
 
 
 def in_stated_unit(recording: Recording, options: ReadOptions, unit: str | float | None) -> Recording:
@@ -123,11 +124,12 @@ def in_stated_unit(recording: Recording, options: ReadOptions, unit: str | float
 
 
 def scaled_by_height(recording: Recording, choose: Callable[[float], Scale]) -> Recording:
-    """Return the recording in metres, where the scale follows from the first frames.
+    """Return the recording in metres, where the scale follows from the body in the first frames.
 
     Args:
         recording: Coordinates in the file's unit.
         choose: Makes the scale of the height in the file's unit.
     """
-    first = first_chunk(Path(recording.path), recording.chunks)
-    return in_metres(recording, choose(height(first.positions)))
+    first_chunk(Path(recording.path), recording.chunks)  # refuses an empty file
+    shown = first_frames(recording)
+    return in_metres(recording, choose(body_height(recording.skeleton, shown)))

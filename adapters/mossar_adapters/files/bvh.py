@@ -1,22 +1,24 @@
 """BVH: hierarchy and joint rotations in text.
 
 Dialects read here: any order of rotations per joint, rotations before positions, position channels on any
-joint (they replace its offset), several roots, names with spaces, CRLF, tabs, no final newline, fewer or
-more rows than announced. End sites are joints, called after their parent (`Head_End`).
+joint (they replace its offset), several roots, names with spaces, CRLF, tabs, no final newline, no blank before a
+negative number, no or other words for the rate, fewer or more rows than announced. End sites are joints, called after their parent (`Head_End`).
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.assembly import sane_frames, skeleton_of, unique_names
-from mossar_adapters.files.bvh_hierarchy import BvhJoint, Hierarchy, parse_hierarchy
-from mossar_adapters.files.cells import numbers
-from mossar_adapters.files.errors import FileError
+from mossar_adapters.files.body import LEAST_BODY, body_joints, reference_joints
+from mossar_adapters.files.bvh_hierarchy import GLUED, BvhJoint, Hierarchy, parse_hierarchy
+from mossar_adapters.files.cells import is_number, number, numbers
+from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.kinematics import (
     JointMotion,
     MotionChunk,
@@ -30,44 +32,131 @@ from mossar_adapters.files.rows import Block, Rows, cut_note, survey
 from mossar_adapters.files.text import numbered_lines
 from mossar_adapters.files.units import ACCLAIM_INCH, Scale, guessed_scale, height
 from mossar_adapters.source import Recording
-from mossar_stream import Frames, constant_times
+from mossar_stream import Frames, Skeleton, constant_times
 
 _FRAMES = re.compile(r"frames\s*:?\s*(\d{1,12})$", re.IGNORECASE)
-_FRAME_TIME = re.compile(r"frame\s+time\s*:?\s*([0-9.,eE+-]+)$", re.IGNORECASE)
+_FRAME_TIME = re.compile(r"frame\s*time\s*[:=]?\s*(.*)$", re.IGNORECASE)
+_TIME = re.compile(r"([-+]?[0-9.,]+(?:e[-+]?[0-9]+)?)\s*([a-z]*)\.?$", re.IGNORECASE)
+_PER_SECOND = frozenset(["hz", "fps"])
+_MILLISECONDS = frozenset(["ms", "msec", "msecs", "millisecond", "milliseconds"])
+_SECONDS = frozenset(("", *["s", "sec", "secs", "second", "seconds"]))
 _LONGEST_HEADER = 100  # characters
+SLOWEST = 1.0  # Hz, below which a rate is doubted
+SLOWEST_USUAL = 10.0  # Hz: a frame time that is larger, s, was meant as a rate
+
+
+class _Header(NamedTuple):
+    """What is said between MOTION and the first frame."""
+
+    frames: int | None
+    step: str  # time between frames as written; empty if it is missing
+    line: int  # number of the last line
+
+
+class _Opened(NamedTuple):
+    """A file whose frames have been counted."""
+
+    hierarchy: Hierarchy
+    announced: int | None
+    step: str  # s, as text
+    fps: float
+    rows: Rows
+    notes: tuple[str, ...]
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
-    """Read joint positions."""
-    motion = read_motion(path, options)
+    """Read joint positions. Two bodies of the same joints are two performers."""
+    motion, trees, notes = _read_all(path, options)
 
     def chunks() -> Iterator[Frames]:
         for chunk in motion.chunks():
-            yield sane_frames(joint_positions(chunk, motion.parents), chunk.times)
+            positions = joint_positions(chunk, motion.parents)
+            for name, joints in trees.items():
+                yield sane_frames(positions[:, joints], chunk.times, performer=name)
 
-    skeleton = skeleton_of(path, motion.names, motion.parents)
-    return Recording(str(path), skeleton, motion.fps, chunks, motion.notes, motion.frame_count)
+    first = _part(motion, next(iter(trees.values())))
+    return Recording(
+        str(path),
+        skeleton_of(path, first.names, first.parents),
+        motion.fps,
+        chunks,
+        (*motion.notes, *notes),
+        motion.frame_count * len(trees),
+        tuple(trees),
+    )
 
 
 def read_motion(path: Path, options: ReadOptions) -> JointMotion:
-    """Read joint rotations."""
-    hierarchy, announced, step, rows = _opened(path, options)
-    fps = options.fps or rate_of_step(step)
+    """Read joint rotations, of several performers those of the one that is wanted, or else the first."""
+    motion, trees, _ = _read_all(path, options)
+    return _part(motion, trees.get(options.performer or "", next(iter(trees.values()))))
+
+
+def _read_all(path: Path, options: ReadOptions) -> tuple[JointMotion, dict[str, list[int]], tuple[str, ...]]:
+    """Return the rotations of all joints, the joints of each performer, and notes about others."""
+    hierarchy, announced, _, fps, rows, noted = _opened(path, options)
     names = unique_names([joint.name for joint in hierarchy.joints])
-    scale = _scale(hierarchy, rows, names, options)
+    trees, notes = _performers(names, hierarchy, options.performer)
+    scale = _scale(hierarchy, rows, names, next(iter(trees.values())), options)
 
     def chunks() -> Iterator[MotionChunk]:
         for block in rows.blocks():
             yield _motion_chunk(block, rows, hierarchy, fps, scale.metres)
 
-    return JointMotion(
+    motion = JointMotion(
         names=names,
         parents=tuple(joint.parent for joint in hierarchy.joints),
         offsets=np.array([joint.offset for joint in hierarchy.joints]) * scale.metres,
         fps=fps,
         frame_count=rows.count,
         chunks=chunks,
-        notes=(*cut_note(rows, announced), *((scale.note,) if scale.note else ())),
+        notes=(*cut_note(rows, announced), *noted, *((scale.note,) if scale.note else ())),
+    )
+    return motion, trees, notes
+
+
+def _performers(
+    names: tuple[str, ...], hierarchy: Hierarchy, wanted: str | None
+) -> tuple[dict[str, list[int]], tuple[str, ...]]:
+    """Return the joints of each performer: of each ROOT with a body below it, where there are several."""
+    parents = [joint.parent for joint in hierarchy.joints]
+    roots = [joint for joint, parent in enumerate(parents) if parent < 0]
+    ends = [*roots[1:], len(parents)]
+    trees = [list(range(root, end)) for root, end in zip(roots, ends, strict=True)]
+    bodies = {f"p{n}": tree for n, tree in enumerate((t for t in trees if len(t) >= LEAST_BODY), 1)}
+    if len(bodies) < 2:
+        return {"p1": list(range(len(parents)))}, ()
+    shapes = {name: [parents[joint] - tree[0] for joint in tree[1:]] for name, tree in bodies.items()}
+    first = wanted if wanted in bodies else "p1"
+    alike = {name: tree for name, tree in bodies.items() if shapes[name] == shapes[first]}
+    ordered = {first: alike.pop(first), **alike}
+    others = [
+        f"{names[tree[0]]} ({name})" if name in bodies else names[tree[0]]
+        for name, tree in [
+            *((name, tree) for name, tree in bodies.items() if name not in ordered),
+            *(("", tree) for tree in trees if len(tree) < LEAST_BODY),
+        ]
+    ]
+    notes = (f"ROOT {', '.join(others[:8])} left out: other joints than {names[ordered[first][0]]}",)
+    return dict(sorted(ordered.items(), key=lambda own: own[0] != first)), notes if others else ()
+
+
+def _part(motion: JointMotion, joints: list[int]) -> JointMotion:
+    """Return some joints of a motion, all that hang on its first one."""
+    if len(joints) == len(motion.names):
+        return motion
+    place = {joint: n for n, joint in enumerate(joints)}
+
+    def chunks() -> Iterator[MotionChunk]:
+        for chunk in motion.chunks():
+            yield MotionChunk(chunk.rotations[:, joints], chunk.translations[:, joints], chunk.times)
+
+    return msgspec.structs.replace(
+        motion,
+        names=tuple(motion.names[joint] for joint in joints),
+        parents=tuple(place.get(motion.parents[joint], -1) for joint in joints),
+        offsets=motion.offsets[joints],
+        chunks=chunks,
     )
 
 
@@ -77,49 +166,105 @@ def motion_rows(path: Path, options: ReadOptions) -> tuple[int, str, Rows]:
     Raises:
         FileError: If the file cannot be read.
     """
-    hierarchy, _, step, rows = _opened(path, options)
-    return hierarchy.motion_line, step, rows
+    opened = _opened(path, options)
+    return opened.hierarchy.motion_line, opened.step, opened.rows
 
 
-def _opened(path: Path, options: ReadOptions) -> tuple[Hierarchy, int, str, Rows]:
-    """Return the hierarchy, the announced number of frames, the frame time as written, and the rows."""
+def _opened(path: Path, options: ReadOptions) -> _Opened:
+    """Return the hierarchy, the announced number of frames, time and rate, and the rows."""
     lines = numbered_lines(path)
     hierarchy = parse_hierarchy(path, lines)
-    announced, step, last_line = _motion_header(path, lines)
-    if options.fps is None and not plausible_rate(rate_of_step(step)):
-        raise FileError(path, f"a frame time of {step} s is impossible; set --fps", last_line)
-    rows = survey(path, last_line + 1, str.split, hierarchy.width, exact=True)
-    rows = msgspec.structs.replace(
-        rows, count=min(rows.count, announced), cut=rows.cut and announced > rows.count
-    )
+    header = _motion_header(path, lines)
+    fps, notes = (options.fps, ()) if options.fps else _rate(path, header)
+    rows = survey(path, header.line + 1, _splitter(hierarchy.width), hierarchy.width, exact=True)
+    if header.frames is not None:
+        rows = msgspec.structs.replace(
+            rows, count=min(rows.count, header.frames), cut=rows.cut and header.frames > rows.count
+        )
     if rows.count == 0:
-        raise FileError(path, "the motion has 0 frames", last_line)
-    return hierarchy, announced, step, rows
+        raise FileError(path, "the motion has 0 frames", header.line)
+    is_plain = is_number(header.step) and rate_of_step(header.step) == fps
+    step = header.step if is_plain else f"{1 / fps:.9g}"
+    return _Opened(hierarchy, header.frames, step, fps, rows, notes)
 
 
-def _motion_header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[int, str, int]:
-    """Return the announced number of frames, the frame time as written and the number of the last line of both."""
-    frames, step = None, ""
-    line = 0
+def _splitter(width: int) -> Callable[[str], list[str]]:
+    """Return what makes cells of a row, also where a minus sign stands in for the blank before it."""
+
+    def split(text: str) -> list[str]:
+        cells = text.split()
+        return cells if len(cells) >= width else GLUED.sub(" -", text).split()
+
+    return split
+
+
+def _rate(path: Path, header: _Header) -> tuple[float, tuple[str, ...]]:
+    """Return the rate that the file states, Hz, and notes where it is doubted.
+
+    Raises:
+        FileError: If it states none that is possible.
+    """
+    if not header.step:
+        raise FileError(path, "MOTION has no 'Frame Time'; set --fps", header.line)
+    found = _TIME.match(header.step)
+    value, unit = (found[1].replace(",", "."), found[2].lower()) if found else ("nan", "")
+    if unit in _SECONDS:
+        fps = rate_of_step(value)
+    elif unit in _MILLISECONDS and is_number(value):
+        fps = rate_of_step(f"{number(value) / 1000:.{3 + len(value.partition('.')[2])}f}")
+    else:
+        fps = number(value) if unit in _PER_SECOND and is_number(value) else float("nan")
+    if not plausible_rate(fps):
+        written = shown(header.step) if not is_number(header.step) else f"{header.step} s"
+        raise FileError(path, f"a frame time of {written} is impossible; set --fps", header.line)
+    if fps >= SLOWEST or unit in _PER_SECOND:
+        return fps, ()
+    if 1 / fps >= SLOWEST_USUAL:
+        rate = 1 / fps
+        return rate, (f"a frame time of {header.step} s is taken as {rate:g} Hz; set --fps to change",)
+    return fps, (
+        f"a frame time of {header.step} s means {fps:.2g} Hz, which is unusual; set --fps to change",
+    )
+
+
+def _motion_header(path: Path, lines: Iterator[tuple[int, str]]) -> _Header:
+    """Return what stands between MOTION and the first frame, each of it missing or not."""
+    frames, step, last, line = None, "", None, 0
     for line, text in lines:
         text = text.strip()[:_LONGEST_HEADER]
         if found := _FRAMES.match(text):
-            frames = int(found[1])
+            frames, last = int(found[1]), line
         elif found := _FRAME_TIME.match(text):
-            step = found[1].replace(",", ".")
+            step, last = found[1].strip().replace(",", "."), line
         elif text and not text.startswith("#"):
-            break
+            if last is None or not is_number(GLUED.sub(" -", text).split()[0]):
+                last = None
+                break
+            return _Header(frames, step, last)
         if frames is not None and step:
-            return frames, step, line
-    raise FileError(path, "MOTION is not followed by 'Frames: N' and 'Frame Time: S'", line or None)
+            return _Header(frames, step, line)
+    if last is None:
+        raise FileError(path, "MOTION is not followed by 'Frames: N' and 'Frame Time: S'", line or None)
+    return _Header(frames, step, last)
 
 
-def _scale(hierarchy: Hierarchy, rows: Rows, names: tuple[str, ...], options: ReadOptions) -> Scale:
+def _scale(
+    hierarchy: Hierarchy, rows: Rows, names: tuple[str, ...], tree: list[int], options: ReadOptions
+) -> Scale:
+    """Return the scale of a performer's joints."""
     chunk = _motion_chunk(next(rows.blocks()), rows, hierarchy, 1.0, 1.0)
     parents = tuple(joint.parent for joint in hierarchy.joints)
     rest = rest_positions(np.array([joint.offset for joint in hierarchy.joints]), parents)
     # People may begin curled up, and rest poses may be folded: the taller of the two is closer to the truth.
-    tall = max(height(rest), height(joint_positions(chunk, parents)))
+    rest, positions = rest[:, tree], joint_positions(chunk, parents)[:, tree]
+    place = {joint: n for n, joint in enumerate(tree)}
+    skeleton = Skeleton(
+        tuple(names[joint] for joint in tree), tuple(place.get(parents[joint], -1) for joint in tree)
+    )
+    joints = body_joints(skeleton, reference_joints(skeleton, positions))
+    if len(joints):
+        rest, positions = rest[:, joints], positions[:, joints]
+    tall = max(height(rest), height(positions))
     units = METRES
     if {"lhipjoint", "rhipjoint"} <= {name.lower() for name in names}:
         units = {**METRES, "inch/0.45 (CMU)": ACCLAIM_INCH}  # conversions of CMU recordings keep its unit

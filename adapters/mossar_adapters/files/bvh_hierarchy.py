@@ -1,5 +1,6 @@
 """The HIERARCHY part of a BVH file."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import msgspec
 from mossar_adapters.files.errors import FileError, shown
 from mossar_stream import MAX_JOINTS
 
+GLUED = re.compile(r"(?<=[0-9.])-")  # a minus sign that stands in for the blank before it
 _CHANNELS = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
 
 
@@ -104,6 +106,8 @@ def _check_count(path: Path, line: int, joints: list[BvhJoint]) -> None:
 
 
 def _offset(path: Path, line: int, words: list[str]) -> tuple[float, ...]:
+    if len(words) < 3 or any(GLUED.search(word) for word in words[:3]):
+        words[:] = GLUED.sub(" -", " ".join(words)).split()
     try:
         offset = tuple(float(word.replace(",", ".")) for word in words[:3])
     except ValueError:

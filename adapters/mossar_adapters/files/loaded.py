@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.demo import Cut
 from mossar_adapters.files.assembly import confident
+from mossar_adapters.files.body import body_recording
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.registry import open_recording
@@ -152,7 +153,7 @@ def read(path: str | Path, **options: Any) -> LoadedRecording:
 
 
 def load(recording: Recording, on_progress: OnProgress = lambda _: None) -> LoadedRecording:
-    """Return the first performer of a recording.
+    """Return the first performer of a recording, without the joints that are no part of the body.
 
     Args:
         recording: As opened.
@@ -161,6 +162,7 @@ def load(recording: Recording, on_progress: OnProgress = lambda _: None) -> Load
     Raises:
         FileError: If it is too large to be held in memory, or cannot be read to its end.
     """
+    recording = body_recording(recording)
     count = recording.frame_count or 0
     _check_size(recording, count)
     performer = recording.performers[0]

@@ -14,6 +14,7 @@ import msgspec
 
 from mossar_adapters.address import readable
 from mossar_adapters.files import sniff
+from mossar_adapters.files.body import checked
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.kinematics import JointMotion
 from mossar_adapters.files.options import ReadOptions
@@ -160,7 +161,7 @@ def open_recording(
     path = Path(path)
     read: Callable[[Path, ReadOptions], Recording] = _reader(format_of(path, formats), path, "read")
     with _clear_errors(path):
-        recording = selected(read(path, options), options)
+        recording = selected(checked(read(path, options), options), options)
 
     def chunks() -> Iterator[Frames]:
         with _clear_errors(path):

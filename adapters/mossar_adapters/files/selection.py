@@ -45,6 +45,7 @@ def selected(recording: Recording, options: ReadOptions) -> Recording:
         frame_count=count,
         chunks=chunks,
         notes=(*recording.notes, note) if note else recording.notes,
+        reference=() if options.joints else recording.reference,
     )
 
 

@@ -4,6 +4,7 @@ import msgspec
 
 from mossar_stream import MossarError
 
+GUESSED_LIMBS = "limbs follow from the hierarchy, because fewer than 8 joints have names that are known; --limbs NAME=JOINTS names them"
 WITHOUT_LIMBS = "no joint of its skeleton can move against another; it is segmented as without limbs"
 
 

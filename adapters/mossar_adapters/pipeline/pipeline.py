@@ -13,14 +13,18 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
+from mossar_adapters.files.body import body_joints, body_meta
+from mossar_adapters.files.selection import of_joints
 from mossar_adapters.live import OutputClosedError
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.pipeline.inbox import Arrival
 from mossar_adapters.pipeline.latency import Latency
 from mossar_adapters.pipeline.newcomers import Allowance
 from mossar_adapters.pipeline.odd_times import OddTimes
-from mossar_adapters.pipeline.outcome import WITHOUT_LIMBS, Outcome, in_words
+from mossar_adapters.pipeline.outcome import GUESSED_LIMBS, WITHOUT_LIMBS, Outcome, in_words
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
 from mossar_adapters.pipeline.pool import Pool
 from mossar_adapters.pipeline.reasons import Reasons
@@ -32,8 +36,18 @@ from mossar_adapters.pipeline.upkeep import Upkeep
 from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Departure, Meta, Occupant, Source
-from mossar_stream import Event, FrameError, Frames, Moves, Settings, SettingsError, StreamEvent
+from mossar_stream import (
+    Event,
+    FrameError,
+    Frames,
+    Moves,
+    Settings,
+    SettingsError,
+    StreamEvent,
+    limbs_are_guessed,
+)
 
+_ALL = np.zeros(0, np.intp)  # joints, where none is left out
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _IDLE = 2.0  # s without frames after which a performer makes room for a newcomer
 _MOST_LOGGED = 20  # performers that cannot be followed and are logged
@@ -100,6 +114,7 @@ class Pipeline(Run):
         name = (resume.run if resume is not None else "") or run_id or new_run_id()
         super().__init__(sources, settings, pool, StreamTime(seconds), name)
         self._metas: dict[str, Meta] = {}  # as the source announced each performer last
+        self._bodies: dict[str, NDArray[np.intp]] = {}  # the joints of each performer's body; none if all are
         self._followed: dict[str, Meta] = {}  # the same, with the skeleton that the performer is followed by
         self._heard: dict[str, _LatestFrames] = {}  # the latest frames of each performer
         self._reasons = Reasons()
@@ -108,7 +123,7 @@ class Pipeline(Run):
         self._odd_times = OddTimes()
         self._ended: set[int] = set()  # sources that were refused
         self._came = False  # whether a performer was ever followed
-        self._limbs_lack = False  # whether it was logged that a performer has no limbs
+        self._limbs_lack = False  # whether it was logged that a performer has no limbs, or none with names
         self._allowances = [Allowance() for _ in sources]  # of each source
         self._put_off: set[int] = set()  # sources of which it was logged that they bring too much that is new
         emission = Emission(emit)
@@ -215,6 +230,7 @@ class Pipeline(Run):
                 self.latency,
                 self.unusable,
                 self._metas,
+                self._bodies,
                 self._followed,
                 self._heard,
                 self._max_pauses,
@@ -234,7 +250,7 @@ class Pipeline(Run):
 
     def _may_be_new(self, name: str, meta: Meta, arrival: Arrival) -> bool:
         """Return whether a performer or a skeleton is known, or its live source may bring something new."""
-        skeleton = self._described(name, meta).skeleton
+        skeleton = body_meta(self._described(name, meta)).skeleton
         if name in self.pool and self.pool[name].skeleton == skeleton:
             return True
         if not self.feeds[arrival.source].source.live:
@@ -259,7 +275,9 @@ class Pipeline(Run):
     def _follow(self, name: str, meta: Meta, source: int) -> None:
         """Add a performer, or set its new skeleton."""
         self._metas[name] = meta
-        meta = self._followed[name] = self._described(name, meta)
+        whole = self._described(name, meta)
+        meta = self._followed[name] = body_meta(whole)
+        self._bodies[name] = body_joints(whole.skeleton, whole.reference)
         try:
             events = self.pool.announce(name, meta.skeleton, meta.fps)
         except FrameError as error:
@@ -278,7 +296,7 @@ class Pipeline(Run):
         self._look_for_limbs(name, source)
         self.send(events)
         for outlet in self.outlets:
-            outlet.put(self._announcement(name) if outlet.takes_events else Parcel(_called(meta, name)))
+            outlet.put(self._announcement(name) if outlet.takes_events else Parcel(_called(whole, name)))
 
     def _names_joints(self) -> bool:
         """Return whether the first performer is to have joints that the user names: else the name is wrong."""
@@ -306,11 +324,18 @@ class Pipeline(Run):
         return Parcel(msgspec.structs.replace(meta, settings=settings, run=self.run_id))
 
     def _look_for_limbs(self, name: str, source: int) -> None:
-        """Log, once in a run, that limbs are wanted of a performer whose skeleton leaves none."""
+        """Log, once in a run, that limbs are wanted of a performer whose skeleton leaves none or does not name them."""
         segmenter = self.pool[name]
-        if not self._limbs_lack and segmenter.settings.limbs and not segmenter.limbs:
-            self._limbs_lack = True
-            _log.warning("%s: %s has no limbs, as %s", self._source_name(source), name, WITHOUT_LIMBS)
+        if self._limbs_lack or not segmenter.settings.limbs:
+            return
+        where = self._source_name(source)
+        if not segmenter.limbs:
+            _log.warning("%s: %s has no limbs, as %s", where, name, WITHOUT_LIMBS)
+        elif segmenter.settings.limbs is True and limbs_are_guessed(segmenter.skeleton):
+            _log.info("%s: %s: %s", where, name, GUESSED_LIMBS)
+        else:
+            return
+        self._limbs_lack = True
 
     def _log_unfollowed(self, name: str, source: int, error: Exception) -> None:
         """Log once for a performer why it cannot be followed; among many, only for the first ones."""
@@ -374,6 +399,7 @@ class Pipeline(Run):
             arrived_at: Monotonic s.
             resumed: Whether frames had stalled before.
         """
+        whole, frames = frames, of_joints(frames, self._bodies.get(frames.performer, _ALL))
         try:
             events = self.pool.push(frames)
         except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
@@ -388,10 +414,11 @@ class Pipeline(Run):
         if resumed:
             place = max((i for i, event in enumerate(events, 1) if is_start(event)), default=0)
             events.insert(place, self.stream_event(frames.performer, "resumed"))
-        parcels = [Parcel(frames, arrived_at), *map(Parcel, starts)]
+        parcels = [*map(Parcel, starts)]
         if events:
             parcels.append(Parcel(events, arrived_at))
         for outlet in self.outlets:
+            outlet.put(Parcel(frames if outlet.takes_events else whole, arrived_at))
             for parcel in parcels:
                 outlet.put(parcel)
 

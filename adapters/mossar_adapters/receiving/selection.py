@@ -90,4 +90,5 @@ class SelectedSource:
             _log.info("%s: %s", self.name, note)
         joints = [meta.skeleton.index(name) for name in self._options.joints]
         self._joints[meta.performer] = np.array(joints, dtype=np.intp)
-        return msgspec.structs.replace(meta, skeleton=skeleton)
+        reference = () if self._options.joints else meta.reference
+        return msgspec.structs.replace(meta, skeleton=skeleton, reference=reference)

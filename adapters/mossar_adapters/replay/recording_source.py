@@ -60,7 +60,10 @@ class RecordingSource:
         """Yield a meta per performer, then frames; to be iterated once."""
         skeleton, fps = self.recording.skeleton, self.recording.fps
         path = str(self.recording.path)
-        yield from (Meta(name, skeleton, fps, recording=path) for name in self._names.values())
+        reference = self.recording.reference
+        yield from (
+            Meta(name, skeleton, fps, recording=path, reference=reference) for name in self._names.values()
+        )
         for frames in self._frames():
             if not self.live:
                 yield frames

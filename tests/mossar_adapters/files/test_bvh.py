@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 
@@ -185,3 +187,121 @@ def test_every_real_bvh_has_constant_bones_and_a_plausible_height(shared):
         np.testing.assert_allclose(lengths, np.broadcast_to(lengths[0], lengths.shape), atol=2e-4)
         announced = int(path.read_text().lower().split("frames:")[1].split()[0])
         assert recording.frame_count == announced == len(positions_of(recording))
+
+
+def test_a_minus_sign_may_stand_in_for_the_blank_before_it(sample):
+    wanted = positions_of(open_recording(sample("bvh")))
+    path = sample("bvh")
+    head, rows = path.read_text().split("MOTION")
+    glued = "\n".join(re.sub(r"(?<=\d) -", "-", line) for line in rows.split("\n"))
+    path.write_text(head.replace("0 -", "0-") + "MOTION" + glued)
+    found = positions_of(open_recording(path))
+    np.testing.assert_array_equal(found, wanted)
+    first = next(line for line in rows.split("\n") if line.startswith("0"))
+    some = "1.5-2.5e-3-7" + first[len(first.split()[0]) :].split(" ", 3)[3].join(["  ", ""])
+    path.write_text(head + "MOTION\nFrames: 1\nFrame Time: 0.1\n" + some + "\n")
+    np.testing.assert_allclose(
+        positions_of(open_recording(path, ReadOptions(unit="m")))[0, 0], [1.5, -2.5e-3, -7]
+    )
+
+
+MISSING = "Frames: 30\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "fps"),
+    [
+        ("Frame Time: 0,0166667", 60),
+        ("Frame Time 0.0166667 s", 60),
+        ("FrameTime = 0.0166667 sec", 60),
+        ("Frame Time: 16.6667 ms", 60),
+        ("Frame Time: 1.66667e-2", 60),
+        ("Frame Time: 60 fps", 60),
+        ("Frame Time: 29.97 Hz", 29.97),
+        ("Frame Time: 60", 60),
+        ("Frame Time: 120.0", 120),
+    ],
+)
+def test_the_frame_time_may_be_written_in_other_ways(sample, line, fps):
+    path = rewritten(sample("bvh"), "Frame Time: 0.0333333", line)
+    recording = open_recording(path)
+    assert recording.fps == pytest.approx(fps)
+    doubted = [note for note in recording.notes if "set --fps" in note]
+    assert bool(doubted) == (line in {"Frame Time: 60", "Frame Time: 120.0"})
+    assert open_recording(path, ReadOptions(fps=50)).fps == 50
+
+
+@pytest.mark.parametrize(
+    "line", ["", "Frame Time: nan", "Frame Time: 0", "Frame Time: -0.02", "Frame Time: soon", "Frame Time:"]
+)
+def test_a_rate_that_the_file_does_not_say_is_asked_for(sample, line):
+    path = rewritten(sample("bvh"), "Frame Time: 0.0333333\n", line and line + "\n")
+    with pytest.raises(FileError, match="set --fps"):
+        open_recording(path)
+    recording = open_recording(path, ReadOptions(fps=60))
+    assert (recording.fps, recording.frame_count) == (60, 30)
+    assert len(positions_of(recording)) == 30
+
+
+def test_less_than_one_frame_a_second_is_doubted(sample):
+    recording = open_recording(rewritten(sample("bvh"), "Frame Time: 0.0333333", "Frame Time: 2"))
+    assert recording.fps == 0.5
+    assert any("0.5 Hz" in note and "set --fps" in note for note in recording.notes)
+
+
+def body(name, shape=6, indent=""):
+    """Return a chain of joints as a BVH hierarchy."""
+    word = "ROOT" if not indent else "JOINT"
+    channels = (
+        "6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"
+        if not indent
+        else "3 Zrotation Xrotation Yrotation"
+    )
+    lines = [
+        f"{indent}{word} {name}",
+        indent + "{",
+        f"{indent} OFFSET 0 30 0",
+        f"{indent} CHANNELS {channels}",
+    ]
+    lines += body(f"{name}x", shape - 1, indent + " ") if shape > 1 else []
+    return [*lines, indent + "}"]
+
+
+def two_bodies(path, *bodies):
+    """Write a BVH of several trees; tree n stands n m along x and turns by n degrees a frame."""
+    rows = []
+    for frame in range(30):
+        for n, (_, shape) in enumerate(bodies):
+            rows += [f"{100 * n} 0 0 {n * frame} 0 0" + " 0 0 0" * (shape - 1)]
+    rows = [" ".join(rows[k : k + len(bodies)]) for k in range(0, len(rows), len(bodies))]
+    lines = [line for name, shape in bodies for line in body(name, shape)]
+    path.write_text("\n".join(["HIERARCHY", *lines, "MOTION", "Frames: 30", "Frame Time: 0.02", *rows, ""]))
+    return path
+
+
+def test_two_roots_are_two_performers(tmp_path):
+    path = two_bodies(tmp_path / "two.bvh", ("Hips", 6), ("B_Hips", 6))
+    recording = open_recording(path)
+    assert recording.performers == ("p1", "p2")
+    assert recording.skeleton.names[:2] == ("Hips", "Hipsx")
+    assert recording.frame_count == 60
+    assert "1.50 m tall" in recording.notes[0]  # not what both take up
+    chunks = list(recording.chunks())
+    assert [frames.performer for frames in chunks] == ["p1", "p2"]
+    assert [frames.positions[0, 0, 0] for frames in chunks] == [0, 1]
+    second = open_recording(path, ReadOptions(performer="p2"))
+    assert second.skeleton.names[0] == "B_Hips"
+    assert positions_of(second)[0, 0, 0] == 1
+    assert open_motion(path, ReadOptions(performer="p2")).names[0] == "B_Hips"
+    assert open_motion(path).parents == (-1, 0, 1, 2, 3, 4)
+
+
+def test_a_prop_is_no_performer(tmp_path):
+    recording = open_recording(two_bodies(tmp_path / "prop.bvh", ("Hips", 6), ("Sword", 2)))
+    assert (recording.performers, len(recording.skeleton)) == (("p1",), 8)
+    recording = open_recording(
+        two_bodies(tmp_path / "more.bvh", ("Hips", 6), ("B_Hips", 6), ("Sword", 2), ("Dog", 7))
+    )
+    assert (recording.performers, len(recording.skeleton)) == (("p1", "p2"), 6)
+    assert any("Dog (p3), Sword left out" in note for note in recording.notes)
+    assert len(open_recording(tmp_path / "more.bvh", ReadOptions(performer="p3")).skeleton) == 7

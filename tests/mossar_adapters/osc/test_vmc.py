@@ -367,3 +367,34 @@ def test_a_sender_that_restarts_keeps_its_name_and_a_second_one_gets_its_own(hea
     assert other == ["p2"]
     for wire in wires:
         wire.close()
+
+
+UNREAL = (
+    "pelvis spine_01 spine_02 spine_03 spine_04 spine_05 neck_01 head clavicle_l upperarm_l lowerarm_l hand_l thigh_l calf_l "
+    "foot_l ball_l"
+)
+
+
+@pytest.mark.parametrize(
+    ("names", "trunk"),
+    [
+        (UNREAL, "spine_01 spine_03 spine_05"),
+        (
+            "Hips Spine Spine1 Spine2 Spine3 Neck Head LeftArm LeftForeArm LeftHand LeftUpLeg",
+            "Spine Spine1 Spine2",
+        ),
+        (
+            "Pelvis Spine1 Spine2 Spine3 Neck Head L_Shoulder L_Elbow L_Wrist L_Hip L_Knee",
+            "Spine1 Spine2 Spine3",
+        ),
+        ("hip abdomen chest neck head lShldr lForeArm lHand lThigh lShin lFoot", "abdomen chest"),
+        ("下半身 上半身 上半身2 首 頭 左腕 左ひじ 左手首 左足 左ひざ 左足首", "上半身 上半身2"),
+    ],
+)
+def test_bones_are_known_in_the_names_of_any_program(names, trunk):
+    joints = names.split()
+    found = {bone: joints[joint] for bone, joint in mapped_bones(joints, rotations=True).items()}
+    assert [found[bone] for bone in ("Spine", "Chest", "UpperChest") if bone in found] == trunk.split()
+    assert found["Hips"] == joints[0]
+    assert found["LeftUpperArm"] in {"upperarm_l", "LeftArm", "L_Shoulder", "lShldr", "左腕"}
+    assert found["LeftUpperLeg"] in {"thigh_l", "LeftUpLeg", "L_Hip", "lThigh", "左足"}

@@ -63,3 +63,33 @@ def test_limbs_of_known_sets_and_of_others():
     assert limbs_of(Skeleton(("hip", "body", "tip"), (-1, 0, 1))) == {
         "body_limb": (1, 2)
     }  # body is a channel already
+
+
+def test_limbs_of_unknown_names_follow_from_the_tree_and_a_stem_is_the_trunk():
+    parents = {
+        "a": "",
+        "b": "a",
+        "c": "b",
+        "d": "c",
+        "e": "c",
+        "e1": "e",
+        "e2": "e1",
+        "f": "c",
+        "f1": "f",
+        "f2": "f1",
+    }
+    parents |= {"g": "a", "g1": "g", "h": "a", "h1": "h"}
+    names = tuple(parents)
+    body = Skeleton(names, tuple(names.index(above) if above else -1 for above in parents.values()))
+    assert {limb: "".join(f"{names[j]} " for j in joints) for limb, joints in limbs_of(body).items()} == {
+        "trunk": "a b c ",
+        "d": "d ",
+        "e": "e e1 e2 ",
+        "f": "f f1 f2 ",
+        "g": "g g1 ",
+        "h": "h h1 ",
+    }
+
+
+def test_a_chain_as_long_as_a_skeleton_may_be_has_limbs():
+    assert len(limbs_of(Skeleton(tuple(f"x{i}" for i in range(1024)), (-1, *range(1023))))["x1"]) == 1023

@@ -127,12 +127,12 @@ def load_session(path: Path) -> Session:
             raise LabelError(f"{path}: {move} from frame {begin} to {end}; there are {len(times)} frames")
     return Session(
         path.stem,
-        recording.skeleton,
+        loaded.skeleton,
         fps,
         positions,
         times,
         label.commands,
-        _examples_for(path, label, recording.skeleton, fps),
+        _examples_for(path, label, loaded.skeleton, fps),
     )
 
 

@@ -98,7 +98,7 @@ def _load(path: Path, labels: Labels, name: str) -> Take:
         name=name,
         group=labels.level,
         level=labels.level,
-        skeleton=recording.skeleton,
+        skeleton=loaded.skeleton,
         fps=recording.fps or (len(times) - 1) / float(times[-1] - times[0]),
         positions=positions,
         times=times,

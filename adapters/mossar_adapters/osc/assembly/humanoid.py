@@ -3,21 +3,22 @@
 A bone stands at its joint and turns what hangs on it. Positions are right-handed: +y up, +z forward, left is +x.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.kinematics import JointMotion, rest_positions
-from mossar_adapters.joint_sets import (
-    ACCLAIM_BEGINS,
-    ACCLAIM_ENDS,
-    CONVENTIONS,
-    HUMANOID,
-    HUMANOID_CENTRE,
-    HUMANOID_SIDE,
+from mossar_adapters.joint_sets import ACCLAIM_BEGINS, ACCLAIM_ENDS, HUMANOID
+from mossar_stream import (
+    JointName,
+    Skeleton,
+    find_joints,
+    joint_places,
+    plain_name,
+    read_joint_names,
+    trunk_joints,
 )
-from mossar_stream import Skeleton, joint_places
 
 # Metres from the parent, of a person 1.7 m tall in T-pose; the right side mirrors the left.
 _REST = {
@@ -38,23 +39,25 @@ _REST = {
 }
 
 MIN_BONES = 6
-_OF_A_SIDE = [
-    "UpperArm",
-    "shoulder",
-    "LowerArm",
-    "elbow",
-    "Hand",
-    "wrist",
-    "UpperLeg",
-    "hip",
-    "LowerLeg",
-    "knee",
-    "Foot",
-    "ankle",
-    "Toes",
-    "foot",
-]
-# What moves call the joints where bones stand.
+_CENTRE = ("Hips", "Spine", "Chest", "UpperChest", "Neck", "Head")
+_SIDE = ("Shoulder", "UpperArm", "LowerArm", "Hand", "UpperLeg", "LowerLeg", "Foot", "Toes")
+_UPPER = frozenset(
+    ["upperchest", "chestupper", "spineshoulder", "thorax"]
+)  # that are the uppermost of a trunk of two
+_LOWER = "lowerback"  # no bone of its own where others are above it
+_TRUNK = ("Spine", "Chest", "UpperChest")
+_NUMBERED = (("spine", "spine1", "spine2"), ("chest", "chest2", "chest3"))  # each is the next bone
+# What the table of names calls the joints where bones stand.
+_JOINTS = {
+    "Shoulder": "collar",
+    "UpperArm": "shoulder",
+    "LowerArm": "elbow",
+    "Hand": "wrist",
+    "UpperLeg": "hip",
+    "LowerLeg": "knee",
+    "Foot": "ankle",
+    "Toes": "foot",
+}
 _SLOTS = {
     "Hips": "hips",
     "Spine": "spine",
@@ -62,9 +65,10 @@ _SLOTS = {
     "Neck": "neck",
     "Head": "head",
     **{
-        side + bone: f"{side.lower()}_{joint}"
+        side + bone: f"{side.lower()}_{_JOINTS[bone]}"
         for side in ("Left", "Right")
-        for bone, joint in zip(_OF_A_SIDE[::2], _OF_A_SIDE[1::2], strict=True)
+        for bone in _SIDE
+        if bone != "Shoulder"
     },
 }
 
@@ -99,53 +103,104 @@ def rest_of(motion: JointMotion) -> dict[str, NDArray[np.float64]]:
 
 
 def mapped_bones(names: Sequence[str], *, rotations: bool) -> Mapping[str, int]:
-    """Return which joint is which bone: the convention that explains most names.
+    """Return which joint is which bone, by the names of joints.
 
     Args:
         names: Of the joints, in any spelling.
-        rotations: Whether the joints are those of a file's rotations (matters for Acclaim).
+        rotations: Whether the joints are those of a file's rotations. Acclaim names bones: a joint of rotations is where the
+            bone begins, a joint of positions where it ends.
 
     Returns:
         Index of the joint for each bone found, parents first; empty if fewer than `MIN_BONES` are found.
     """
-    place = {_plain(name): i for i, name in reversed(list(enumerate(names)))}
-    tables = (*CONVENTIONS, ACCLAIM_BEGINS if rotations else ACCLAIM_ENDS)
-    found = max((_matches(table, place) for table in tables), key=len)
+    acclaim = _acclaim(ACCLAIM_BEGINS if rotations else ACCLAIM_ENDS, names)
+    read = _read(names)
+    found = acclaim if len(acclaim) > len(read) or _is_acclaim(names) else read
     return found if len(found) >= MIN_BONES and "Hips" in found else {}
 
 
+def _read(names: Sequence[str]) -> dict[str, int]:
+    """Return the bones that the one table of names knows."""
+    found = find_joints(names)
+    centre = {
+        "Hips": found.get("hips", found.get("torso")),
+        **_trunk(names, found),
+        "Head": found.get("head"),
+    }
+    sided = {
+        f"{side}{bone}": found.get(f"{side.lower()}_{_JOINTS[bone]}")
+        for side in ("Left", "Right")
+        for bone in _SIDE
+    }
+    read = read_joint_names(names)
+    sided = {bone: joint for bone, joint in sided.items() if joint is None or read[joint].part != "hipjoint"}
+    return {bone: joint for bone, joint in {**centre, **sided}.items() if joint is not None}
+
+
+def _trunk(names: Sequence[str], found: Mapping[str, int]) -> dict[str, int | None]:
+    """Return the bones between hips and head: three of the trunk at most, and the neck."""
+    read, neck = read_joint_names(names), found.get("neck")
+    named = {read[joint].part + read[joint].number: joint for joint in trunk_joints(names)}
+    if neck is None and "chest" in found and read[found["chest"]].part.startswith("shouldercent"):
+        neck = found["chest"]
+    elif neck is not None and not _begins_neck(read[neck], named):
+        neck = None
+    for row in _NUMBERED:
+        if row[0] in named and any(name[:-1] == row[0] and name[-1].isdigit() for name in named):
+            return {
+                **{bone: named.get(name) for bone, name in zip(_TRUNK, row, strict=True)},
+                "Neck": neck,
+            }
+    if len(named) > 1:
+        named.pop(_LOWER, None)
+    upwards = list(named.items())
+    if len(upwards) > 3:
+        upwards = [upwards[0], upwards[len(upwards) // 2], upwards[-1]]
+    last = upwards[-1][0] if upwards else ""
+    bones = (
+        _TRUNK if len(upwards) == 3 or not (last in _UPPER or last.endswith("3")) else ("Spine", "UpperChest")
+    )
+    return {**{bone: joint for bone, (_, joint) in zip(bones, upwards, strict=False)}, "Neck": neck}
+
+
+def _begins_neck(name: JointName, trunk: Iterable[str]) -> bool:
+    """Return whether a neck is the lowest joint of one, as the bone is: Neck1 is above Neck where there is Spine, too."""
+    is_second = len(name.number) == 1 and bool({"spine", "chest"} & set(trunk))
+    return name.part in ("neck", "necklower", "spine") and not is_second
+
+
+def _is_acclaim(names: Sequence[str]) -> bool:
+    return {"lfemur", "rfemur", "ltibia", "rtibia"} <= {plain_name(name) for name in names}
+
+
 def placed_bones(skeleton: Skeleton) -> Mapping[str, tuple[int, int]]:
-    """Return which joints of positions are which bone, by a convention or, as moves do, joint by joint.
+    """Return which joints of positions are which bone; hips and chest may lie between two joints.
 
     Returns:
         Two joints for each bone found, mostly twice the same: it stands in their middle. Parents first; empty if fewer than
         `MIN_BONES` are found.
     """
-    found = mapped_bones(skeleton.names, rotations=False)
-    if found:
-        return {bone: (joint, joint) for bone, joint in found.items()}
     places = joint_places(skeleton)
     bones = {bone: places[slot] for bone, slot in _SLOTS.items() if slot in places}
+    found = {bone: (joint, joint) for bone, joint in mapped_bones(skeleton.names, rotations=False).items()}
+    if found and not found.keys() & {"Spine", "Chest", "UpperChest"} and "UpperChest" in bones:
+        found["UpperChest"] = bones["UpperChest"]  # between the shoulders, as of a body without a trunk
+    if found:
+        return {bone: found[bone] for bone in HUMANOID.names if bone in found}
     return bones if len(bones) >= MIN_BONES and "Hips" in bones else {}
 
 
-def _matches(table: str, place: Mapping[str, int]) -> dict[str, int]:
+def _acclaim(table: str, names: Sequence[str]) -> dict[str, int]:
+    """Return the bones of a recording that names them as Acclaim does."""
+    place = {plain_name(name): i for i, name in reversed(list(enumerate(names)))}
     words = table.split()
-    found = {
-        bone: place[word]
-        for bone, word in zip(HUMANOID_CENTRE, words[: len(HUMANOID_CENTRE)], strict=True)
-        if word in place
-    }
+    centre, sided = words[: len(_CENTRE)], words[len(_CENTRE) :]
+    found = {bone: place[word] for bone, word in zip(_CENTRE, centre, strict=True) if word in place}
     for side in ("Left", "Right"):
-        for part, word in zip(HUMANOID_SIDE, words[len(HUMANOID_CENTRE) :], strict=True):
-            name = word.replace("@", side.lower()).replace("#", side[0].lower())
-            if name in place:
-                found[side + part] = place[name]
+        for bone, word in zip(_SIDE, sided, strict=True):
+            if (name := word.replace("#", side[0].lower())) in place:
+                found[side + bone] = place[name]
     return found
-
-
-def _plain(name: str) -> str:
-    return "".join(c for c in name.lower().rpartition(":")[2] if c.isalnum())
 
 
 def _rest_offset(bone: str) -> tuple[float, float, float]:
