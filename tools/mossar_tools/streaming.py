@@ -35,13 +35,16 @@ _LATE: Final = (
 )
 
 
-def stream(options: Options, console: Console, *, page_only: bool = False) -> tuple[int, list[str]]:
+def stream(
+    options: Options, console: Console, *, page_only: bool = False, view_of: type[LiveView] = LiveView
+) -> tuple[int, list[str]]:
     """Run a pipeline as the options say.
 
     Args:
         options: What the user wants.
         console: Where words go.
         page_only: Whether the dashboard is all there is to see, unless sinks are named.
+        view_of: What a terminal shows.
 
     Returns:
         The exit status, and the summary; empty if nobody reads any more.
@@ -62,7 +65,7 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
         listeners = [ControlListener() for _ in options.sources]
         sources = _opened_sources(options, listeners, opened)
         visible = is_terminal(console.out) and "-" not in options.to and not page_only
-        view = LiveView(console, sources, visible=visible, emission=emission)
+        view = view_of(console, sources, visible=visible, emission=emission)
         missing: list[str] = []
         show = _opened_dashboard(options, settings, sources, opened) if options.view else None
         pipeline = Pipeline(
