@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from mossar_stream.core.kernels import FARTHEST
 from mossar_stream.core.pool import Row
 from mossar_stream.errors import FrameError
-from mossar_stream.frames import constant_times, plain_array
+from mossar_stream.frames import constant_times, plain_array, refuse_other_than_arrays, reshaping
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
@@ -69,10 +69,12 @@ def checked(
     joints = len(row.plan.skeleton)
     # Writeable and contiguous: other arrays would be another type to the compiler.
     chunk = given_positions(positions)
+    shape = chunk.shape
     if chunk.ndim == 2:
         chunk = chunk[None]
     if chunk.ndim != 3 or chunk.shape[1:] != (joints, 3):
-        raise FrameError(f"positions have shape {np.shape(positions)}; this skeleton needs (n, {joints}, 3)")
+        needed = f"this skeleton needs (n, {joints}, 3)"
+        raise FrameError(f"positions have shape {shape}; {needed}{reshaping(shape)}")
     if times is None:
         fps = row.plan.fps
         if fps is None:
@@ -97,6 +99,7 @@ def given_positions(values: ArrayLike) -> NDArray[Any]:
     """Return positions as they were given, in single or double precision, contiguous and writeable."""
     if type(values) is np.ndarray and values.dtype in (FLOAT32, FLOAT64) and values.flags.carray:
         return values
+    refuse_other_than_arrays(values)
     kind = getattr(values, "dtype", FLOAT64)
     return plain_array(values, FLOAT32 if kind in (np.float16, FLOAT32) else FLOAT64)
 
