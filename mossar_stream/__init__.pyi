@@ -65,6 +65,7 @@ from mossar_stream.moves.rules import FACINGS as FACINGS
 from mossar_stream.moves.rules import Facing as Facing
 from mossar_stream.moves.rules import MoveRule as MoveRule
 from mossar_stream.performers import Performers as Performers
+from mossar_stream.reading import read as read
 from mossar_stream.recording import KeyFrame as KeyFrame
 from mossar_stream.recording import Result as Result
 from mossar_stream.recording import Segment as Segment

@@ -1,6 +1,7 @@
 """Frames: what goes into a segmenter."""
 
 import math
+from pathlib import PurePath
 from typing import Any
 
 import msgspec
@@ -52,6 +53,54 @@ def plain_array(values: ArrayLike, kind: DTypeLike) -> NDArray[Any]:
     return np.require(np.asarray(values), kind, ["C", "A", "W"])
 
 
+def refuse_other_than_arrays(values: object) -> None:
+    """Refuse what is no array but is often given in place of one.
+
+    Raises:
+        TypeError: If it is a path or a table; it says what to do.
+    """
+    if isinstance(values, str | PurePath):
+        raise TypeError(
+            f"positions are an array, not the path {str(values)[:80]!r}; mossar_stream.read(path) reads a recording"
+        )
+    if hasattr(values, "to_numpy") and hasattr(values, "columns"):
+        raise TypeError(
+            "positions are an array (n, J, 3), not a DataFrame; with x, y, z of each joint in the columns: "
+            "table.to_numpy().reshape(len(table), -1, 3)"
+        )
+
+
+def refuse_text_as_rate(fps: object) -> None:
+    """Refuse a rate that is a text, as options of programs are.
+
+    Raises:
+        TypeError: If it is one; it says what to do.
+    """
+    if isinstance(fps, str):
+        raise TypeError(f"fps is a number in Hz, not the text {fps[:40]!r}: float(fps)")
+
+
+def reshaping(shape: tuple[int, ...]) -> str:
+    """Return what to do with positions of a shape that is not (n, J, 3), after a semicolon; empty if that is not known.
+
+    Example:
+        >>> reshaping((90, 63))
+        '; with x, y, z of each joint in a row: positions.reshape(len(positions), -1, 3)'
+    """
+    match shape:
+        case (_, columns) if columns > 3 and columns % 3 == 0:
+            return "; with x, y, z of each joint in a row: positions.reshape(len(positions), -1, 3)"
+        case (_, 3):
+            return "; of one joint: positions[:, None]; of one frame: positions[None]"
+        case (_, _, 2):
+            return "; flat poses need a depth: np.pad(positions, ((0, 0), (0, 0), (0, 1)))"
+        case (_, _, 4):
+            return "; a fourth column is confidence: positions[..., :3]"
+        case (3 | 4, _, _):
+            return "; with the axes x, y, z first, as ezc3d has them: positions[:3].transpose(2, 1, 0)"
+    return ""
+
+
 def narrow(positions: NDArray[Any]) -> NDArray[Any]:
     """Return positions, m, in single precision, or in double where they lie so far off that it would lose something.
 
@@ -89,6 +138,7 @@ def constant_times(count: int, fps: float, first_frame: int = 0) -> NDArray[np.f
     Raises:
         ValueError: If `fps` is not a positive number.
     """
+    refuse_text_as_rate(fps)
     if not (math.isfinite(fps) and fps > 0):
         raise ValueError(f"fps must be a positive number, not {fps!r}")
     return np.arange(first_frame, first_frame + count, dtype=np.float64) / fps

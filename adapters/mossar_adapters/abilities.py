@@ -51,6 +51,13 @@ class SkipsWaiting(Protocol):
         """Have `items` begin with what arrives from now on; called before it."""
 
 
+class Dates(Protocol):
+    """A live source whose frames may wait for messages that complete them."""
+
+    def came(self, performer: str) -> float | None:
+        """Return when the latest frame of a performer began to arrive, monotonic s; None if that is not known."""
+
+
 class Orders(Protocol):
     """A recording with several performers."""
 

@@ -1,8 +1,14 @@
-"""Optional libraries: found when they are needed, with an error that names the extra to install."""
+"""Optional libraries: found when they are needed, with an error that names how to install them here."""
 
 import importlib.util
+import os
+import sys
+from importlib import metadata
+from pathlib import Path
 
 from mossar_stream import MossarError
+
+DISTRIBUTION = "mossar-stream"
 
 
 def installed(library: str) -> bool:
@@ -22,4 +28,30 @@ def needed(library: str, extra: str, what: str) -> None:
         MossarError: If it is not installed.
     """
     if not installed(library):
-        raise MossarError(f"{what} needs an extra: pip install 'mossar-stream[{extra}]'")
+        raise MossarError(f"{what} needs an extra: {install_line(extra)}")
+
+
+def install_line(extra: str) -> str:
+    """Return the command that installs an extra, with the program that installed mossar-stream.
+
+    `pip install 'mossar-stream[web]'` adds what is missing to the version that is there, from wherever that came. Where
+    nothing was installed, as with PYTHONPATH, it is the folder of the project that is installed.
+    """
+    quote = '"' if os.name == "nt" else "'"
+    wanted = f"{quote}{DISTRIBUTION}[{extra}]{quote}"
+    try:
+        installer = (metadata.distribution(DISTRIBUTION).read_text("INSTALLER") or "pip").strip()
+    except metadata.PackageNotFoundError:
+        project = Path(__file__).parents[2]
+        return (
+            f"pip install {quote}{project}[{extra}]{quote}"
+            if _is_project(project)
+            else f"pip install {wanted}"
+        )
+    if "pipx" in Path(sys.prefix).parts:
+        return f"pipx inject {DISTRIBUTION} {wanted}"
+    return f"{'uv pip' if installer == 'uv' else 'pip'} install {wanted}"
+
+
+def _is_project(folder: Path) -> bool:
+    return (folder / "pyproject.toml").exists()

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.core.kernels import Channel
 from mossar_stream.errors import FrameError
-from mossar_stream.frames import constant_times, plain_array
+from mossar_stream.frames import constant_times, plain_array, refuse_other_than_arrays, reshaping
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
@@ -24,10 +24,12 @@ def checked(
     """Return what was pushed as (n, J, 3) m, in single or double precision, and (n,) s; see `Segmenter.push`."""
     joints = len(row.plan.skeleton)
     chunk = given_positions(positions)
+    shape = chunk.shape
     if chunk.ndim == 2:
         chunk = chunk[None]
     if chunk.ndim != 3 or chunk.shape[1:] != (joints, 3):
-        raise FrameError(f"positions have shape {np.shape(positions)}; this skeleton needs (n, {joints}, 3)")
+        needed = f"this skeleton needs (n, {joints}, 3)"
+        raise FrameError(f"positions have shape {shape}; {needed}{reshaping(shape)}")
     if times is None:
         fps = row.plan.fps
         if fps is None:
@@ -52,6 +54,7 @@ def given_positions(values: ArrayLike) -> NDArray[Any]:
     """Return positions as they were given, in single or double precision, contiguous and writeable."""
     if type(values) is np.ndarray and values.dtype in (FLOAT32, FLOAT64) and values.flags.carray:
         return values
+    refuse_other_than_arrays(values)
     kind = getattr(values, "dtype", FLOAT64)
     return plain_array(values, FLOAT32 if kind in (np.float16, FLOAT32) else FLOAT64)
 

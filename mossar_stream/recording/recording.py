@@ -5,9 +5,10 @@ The frames go through the same kernels as a stream, but no key frame is decided 
 
 import math
 import operator
+import warnings
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 import numpy as np
@@ -46,12 +47,13 @@ from mossar_stream.events import (
     StepEvent,
 )
 from mossar_stream.following.alignment import Follow, alignment_of, checked_follow
-from mossar_stream.frames import constant_times, plain_array
+from mossar_stream.frames import constant_times, plain_array, refuse_text_as_rate, reshaping
 from mossar_stream.moves.groups import groups_of, leading_limb, limbs_by_joint, positions_of
 from mossar_stream.moves.joints import MEAN
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.poses.holding import holding_of
+from mossar_stream.reading import Opened, Recorded, recorded
 from mossar_stream.recording import notebook
 from mossar_stream.repetitions.reporting import latest_repetitions
 from mossar_stream.segmenter.limbs import settings_of_limbs
@@ -60,6 +62,7 @@ from mossar_stream.skeleton import Skeleton
 from mossar_stream.steps.gait import Step, step_table
 from mossar_stream.steps.stepping import Stepping
 
+LONGEST_STEP = 5.0  # s between frames, median, from which on times are hardly seconds
 Analyses = Sequence[tuple[float, NDArray[np.void]]]  # see `Channel.analyses`
 CAPACITY = 64  # key frames there is room for at first
 
@@ -259,7 +262,7 @@ class Result:
 
 
 def segment_recording(
-    positions: ArrayLike,
+    positions: ArrayLike | Recorded | Opened,
     fps: float | None = None,
     skeleton: Skeleton | None = None,
     settings: Settings | None = None,
@@ -275,7 +278,8 @@ def segment_recording(
     not end it; frames out of order are dropped.
 
     Args:
-        positions: (n, J, 3) metres, NaN where a joint is missing.
+        positions: (n, J, 3) metres, NaN where a joint is missing; or a whole recording, as `read` returns, which brings
+            its own times, rate, skeleton and axis that points upwards.
         fps: Rate, Hz; needed without `times`.
         skeleton: The joints; unnamed ones around their centroid if None.
         settings: Defaults to `Settings()`. With `range=file` the range is that of the whole recording.
@@ -290,6 +294,7 @@ def segment_recording(
     Raises:
         FrameError: If the shapes do not fit, or joints are missing that the moves or the limbs need.
         MovesError: If `follow` has a name that the moves lack.
+        TypeError: If positions are a path or a table; it says what to do.
         ValueError: If there are neither times nor a rate.
 
     Example:
@@ -300,12 +305,23 @@ def segment_recording(
         >>> len(result.key_frames), len(result.at(count=1).segments)
         (2, 2)
     """
-    frames, moments, skeleton = _checked(positions, fps, skeleton, times)
+    own = recorded(positions)
+    if own is None:
+        frames, moments, skeleton = _checked(cast("ArrayLike", positions), fps, skeleton, times)
+    else:
+        fps, times = fps or own.fps, own.times if times is None else times
+        frames, moments, skeleton = _checked(own.positions, fps, skeleton or own.skeleton, times)
+        settings = _with_up(settings_or_default(settings), own)
     any(has_said_size("the performer", frame[np.newaxis], 4) for frame in frames)
     chosen = settings_or_default(settings)
     followed = checked_follow(follow, moves)
     readers = _readers_of(skeleton, chosen, moves, followed)
     return _segmented(frames, moments, skeleton, chosen, fps, readers, curves=curves)
+
+
+def _with_up(settings: Settings, own: Recorded) -> Settings:
+    """Return the settings with the axis that a recording says points upwards, if they leave it open."""
+    return settings.replace(up=own.up) if settings.up == "auto" and own.up != "auto" else settings
 
 
 def _segmented(
@@ -364,7 +380,9 @@ def _checked(
     """Return positions, times and the skeleton of a recording, as arrays that fit each other."""
     frames = given_positions(positions)
     if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
-        raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
+        raise FrameError(
+            f"positions have shape {frames.shape}; a recording has (n, J, 3){reshaping(frames.shape)}"
+        )
     if skeleton is not None and not isinstance(skeleton, Skeleton):
         raise TypeError(
             f"a recording needs a Skeleton, not {type(skeleton).__name__}; Skeleton(names, parents)"
@@ -372,12 +390,36 @@ def _checked(
     skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
     if len(skeleton) != frames.shape[1]:
         raise FrameError(f"positions have {frames.shape[1]} joints, the skeleton {len(skeleton)}")
+    refuse_text_as_rate(fps)
     if times is None and fps is None:
         raise ValueError("segment_recording needs fps or times")
     moments = constant_times(len(frames), fps or 0.0) if times is None else plain_array(times, np.float64)
     if moments.shape != frames.shape[:1]:
         raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
+    _check_times(moments)
     return frames, moments, skeleton
+
+
+def _check_times(times: NDArray[np.float64]) -> None:
+    """Refuse times that no recording has, and warn of those that are no seconds.
+
+    Raises:
+        FrameError: If times are all NaN or equal, or descend.
+    """
+    finite = times[np.isfinite(times)]
+    if len(times) and not len(finite):
+        raise FrameError("all times are NaN; give the rate instead: fps=")
+    steps = np.diff(finite)
+    if len(steps) and not steps.any():
+        raise FrameError(f"all {len(times)} times are {finite[0]:g} s; give the rate instead: fps=")
+    if len(steps) and (steps <= 0).all():
+        raise FrameError("times descend; they must rise: positions[::-1], times[::-1]")
+    middle = float(np.median(steps)) if len(steps) else 0.0
+    if middle >= LONGEST_STEP:
+        message = (
+            f"frames are {middle:,.1f} s apart; times are seconds: times / 1000 if these are milliseconds"
+        )
+        warnings.warn(message, stacklevel=4)
 
 
 def _readers_of(

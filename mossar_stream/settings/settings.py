@@ -679,9 +679,9 @@ def _override(values: dict[str, object], name: str, value: object) -> None:
 def _unknown(name: str) -> str:
     """Return what to say of a setting that there is not, with the one that may be meant."""
     fields = Settings.__struct_fields__
-    near = difflib.get_close_matches(name, fields, 1)
-    hint = f" - did you mean {near[0]}?" if near else ""
-    return f"no setting called {name[:40]!r}; there are {', '.join(fields)}{hint}"
+    near = difflib.get_close_matches(name.lower().replace("-", "_"), fields, 1)
+    hint = f" - did you mean {near[0]}?" if near else f"; there are {', '.join(fields)}"
+    return f"no setting called {name[:40]!r}{hint}"
 
 
 def _explain(message: str, values: Mapping[str, object]) -> str:

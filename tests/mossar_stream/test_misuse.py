@@ -3,6 +3,7 @@
 import threading
 import time
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -225,3 +226,75 @@ def test_a_recording_needs_a_skeleton_and_counts_are_whole_numbers():
     assert result.at(count=10**20).key_frames == result.at(count=np.int64(len(result.key_frames))).key_frames
     with pytest.raises(TypeError):
         result.at(count=2.5)
+
+
+SHAPES = {
+    (90, 9): r"positions\.reshape\(len\(positions\), -1, 3\)",
+    (90, 3): r"of one joint: positions\[:, None\]; of one frame: positions\[None\]",
+    (90, 3, 2): r"np\.pad\(positions, \(\(0, 0\), \(0, 0\), \(0, 1\)\)\)",
+    (90, 3, 4): r"positions\[\.\.\., :3\]",
+    (4, 5, 90): r"positions\[:3\]\.transpose\(2, 1, 0\)",
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+def test_positions_of_another_shape_are_refused_with_what_to_do(shape):
+    with pytest.raises(FrameError, match=SHAPES[shape]):
+        segment_recording(np.zeros(shape), 30)
+    if shape != (90, 3):  # 90 joints of one frame for another skeleton
+        with pytest.raises(FrameError, match=SHAPES[shape]):
+            Segmenter(SKELETON, fps=30).push(np.zeros(shape))
+
+
+def test_what_is_done_about_a_shape_helps():
+    flat = np.zeros((90, 3, 2))
+    assert np.pad(flat, ((0, 0), (0, 0), (0, 1))).shape == (90, 3, 3)
+    assert np.zeros((4, 5, 90))[:3].transpose(2, 1, 0).shape == (90, 5, 3)
+
+
+@pytest.mark.parametrize("path", ["walk.bvh", Path("walk.bvh")])
+def test_a_path_is_no_array(path):
+    with pytest.raises(TypeError, match=r"not the path 'walk\.bvh'; mossar_stream\.read\(path\)"):
+        segment_recording(path, 30)
+    with pytest.raises(TypeError, match=r"mossar_stream\.read\(path\)"):
+        Segmenter(SKELETON, fps=30).push(path)
+
+
+def test_a_table_is_no_array():
+    pandas = pytest.importorskip("pandas")
+    table = pandas.DataFrame(np.zeros((30, 9)))
+    with pytest.raises(TypeError, match=r"table\.to_numpy\(\)\.reshape\(len\(table\), -1, 3\)"):
+        segment_recording(table, 30)
+    assert segment_recording(table.to_numpy().reshape(len(table), -1, 3), 30).segments
+
+
+def test_a_rate_is_a_number():
+    positions, times = walk()
+    for use in (
+        lambda: segment_recording(positions, "60"),
+        lambda: segment_recording(positions, "60", times=times),
+        lambda: Segmenter(SKELETON, fps="60"),
+    ):
+        with pytest.raises(TypeError, match=r"fps is a number in Hz, not the text '60': float\(fps\)"):
+            use()
+
+
+def test_times_that_no_recording_has_are_refused():
+    positions, times = walk()
+    for wrong, said in (
+        (np.full(120, np.nan), "all times are NaN"),
+        (np.full(120, 7.0), "all 120 times are 7 s"),
+        (times[::-1], r"times descend; they must rise: positions\[::-1\], times\[::-1\]"),
+    ):
+        with pytest.raises(FrameError, match=said):
+            segment_recording(positions, times=wrong)
+    assert segment_recording(positions[:1], times=[5.0]).segments
+
+
+def test_times_in_milliseconds_are_reported_where_they_were_given():
+    positions, times = walk()
+    with pytest.warns(
+        UserWarning, match=r"frames are 16\.7 s apart; times are seconds: times / 1000"
+    ) as found:
+        segment_recording(positions, times=times * 1000)
+    assert [warning.filename for warning in found] == [__file__]

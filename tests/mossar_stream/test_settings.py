@@ -54,7 +54,7 @@ def test_the_schema_has_the_descriptions_and_limits():
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"speed": 1}, "no setting called 'speed'; there are rate_limit, window, smoothing"),
+        ({"quick": 1}, "no setting called 'quick'; there are rate_limit, window, smoothing"),
         ({"windwo": 1}, "no setting called 'windwo'"),
         ({"range": "widest"}, "setting range is 'widest'; it must be one of running, file, fixed, decay"),
         (
@@ -341,6 +341,6 @@ def test_settings_survive_a_wire():
         (lambda: Settings.build("default", {"windw": 1.0}), SettingsError),
     ],
 )
-def test_an_unknown_field_is_answered_with_the_nearest_and_with_all(make, kind):
-    with pytest.raises(kind, match=r"'windw'; there are rate_limit, window, .* - did you mean window\?$"):
+def test_an_unknown_field_is_answered_with_the_nearest_and_no_list(make, kind):
+    with pytest.raises(kind, match=r"^no setting called 'windw' - did you mean window\?$"):
         make()

@@ -61,7 +61,7 @@ def repetition(made):
 
 def test_a_terminal_shows_how_often(repetition):
     lines, summary = shown(repetition(1), repetition(2))
-    assert [" 1 repetitions (1 in a row" in lines[0], " 2 repetitions (2 in a row" in lines[1]] == [
+    assert [" 1 repetition (1 in a row" in lines[0], " 2 repetitions (2 in a row" in lines[1]] == [
         True,
         True,
     ]

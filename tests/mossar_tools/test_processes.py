@@ -93,7 +93,7 @@ def test_a_killed_run_goes_on_from_its_snapshot(process, mossar, tmp_path, swing
 @POSIX
 def test_a_terminal_shows_key_frames_true_cuts_and_a_summary(process):
     inner, outer = pty.openpty()
-    running = process("demo", "--speed", "max", "--seconds", "12", stdout=outer, stderr=outer)
+    running = process("run", "demo:?seconds=12", "--speed", "max", stdout=outer, stderr=outer)
     os.close(outer)
     text = read_all(inner)
     assert running.wait(30) == 0
@@ -109,7 +109,7 @@ def test_a_terminal_shows_key_frames_true_cuts_and_a_summary(process):
 def test_a_terminal_without_unicode_gets_ascii(process, monkeypatch):
     monkeypatch.setenv("PYTHONIOENCODING", "ascii")
     inner, outer = pty.openpty()
-    running = process("demo", "--speed", "max", "--seconds", "8", stdout=outer, stderr=outer)
+    running = process("run", "demo:?seconds=8", "--speed", "max", stdout=outer, stderr=outer)
     os.close(outer)
     text = read_all(inner)
     assert running.wait(30) == 0

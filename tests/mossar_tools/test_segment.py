@@ -65,6 +65,54 @@ def test_without_an_option_a_table_comes(mossar, swing):
     assert "the end" in out.splitlines()[-1]
 
 
+@pytest.mark.parametrize("output", [("--csv", "t.csv"), ("--json", "t.json"), ("--plot", "t.png")])
+def test_the_table_is_swallowed_by_quiet_only(mossar, swing, tmp_path, monkeypatch, output):
+    monkeypatch.chdir(tmp_path)
+    table = mossar("segment", swing)[1]
+    assert mossar("segment", swing, *output)[1] == table
+    assert mossar("segment", swing, *output, "--force", "--quiet")[1] == ""
+    assert mossar("segment", swing, "--quiet")[1] == ""
+
+
+@pytest.mark.parametrize("columns", [30, 46, 60, 80])
+def test_the_table_fits_the_terminal(mossar, swing, monkeypatch, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    lines = mossar("segment", swing, "--repetitions", "--level", "posture")[1].splitlines()
+    assert max(map(len, lines)) <= columns
+    assert any(" the end" in line for line in lines) == (columns >= 80)
+    assert any("moving" in line for line in lines)
+
+
+def test_answers_come_before_the_segments(mossar, raises):
+    lines = mossar("segment", raises, "--repetitions")[1].splitlines()
+    (answer,) = (number for number, line in enumerate(lines) if line.startswith("6 repetitions"))
+    (table,) = (number for number, line in enumerate(lines) if " segments, divided by" in line)
+    assert answer < table
+
+
+def test_poses_are_among_the_answers(mossar, tmp_path):
+    moves = tmp_path / "moves.json"
+    part = ("--from", "0", "--until", "1")
+    assert mossar("teach", moves, "demo:?moves=rest:2", "--pose", "ease", "--hold", "0.8", *part)[0] == 0
+    take = "demo:?moves=rest:4,punch_left,rest:4"
+    found = json.loads(mossar("segment", take, "--moves", moves, "--json")[1])["poses"]
+    out = mossar("segment", take, "--moves", moves)[1]
+    assert found
+    assert f"ease: taken {len(found)} time" in out
+    assert f"for {found[0]['seconds']:.1f} s, {found[0]['deviation']:.0f}° off, most at " in out
+
+
+def test_times_of_a_computers_clock_count_from_the_start(mossar, swing):
+    with np.load(swing) as archive:
+        known = {name: archive[name] for name in archive.files if name != "fps"}
+    np.savez(swing, **known, times=2190.0 + np.arange(240) / 30)
+    out = mossar("segment", swing)[1]
+    assert "times count from the start, which is 2190.000 s of the recording's clock" in out
+    assert "2197" not in out
+    assert " 7.97 s" in out.splitlines()[-1]
+    assert json.loads(mossar("segment", swing, "--json")[1])["segments"][0]["start_time"] == 2190.0
+
+
 def test_the_built_in_performer_can_be_segmented(mossar):
     report = json.loads(mossar("segment", "demo:?seconds=10", "--json")[1])
     assert report["fps"] == 60
@@ -75,7 +123,8 @@ def test_the_built_in_performer_can_be_segmented(mossar):
 def test_plots_are_pictures(mossar, tmp_path, ending, magic):
     path = tmp_path / f"take.{ending}"
     status, out, err = mossar("segment", "demo:?seconds=10", "--plot", path, "--keep", "4", "--dark")
-    assert (status, out) == (0, "")
+    assert status == 0
+    assert "5 segments, divided by the 4 strongest of " in out
     assert f"drawn: {path}" in err
     assert path.read_bytes().startswith(magic)
 
@@ -94,7 +143,7 @@ def test_a_plot_that_cannot_be_written_is_status_2(mossar, tmp_path):
 
 def test_files_are_written_and_not_replaced_unless_that_is_wished(mossar, swing, tmp_path):
     table, report = tmp_path / "take.csv", tmp_path / "take.json"
-    status, out, err = mossar("segment", swing, "--csv", table, "--json", report)
+    status, out, err = mossar("segment", swing, "--csv", table, "--json", report, "--quiet")
     assert (status, out) == (0, "")
     assert err.splitlines() == [f"written: {report}", f"written: {table}"]
     assert len(list(csv.DictReader(table.read_text().splitlines()))) == len(
@@ -176,7 +225,7 @@ def test_several_recordings_become_one_table_and_a_bad_one_stops_nothing(
     for number in range(6):
         Path(f"take{number}.npz").write_bytes(swing.read_bytes())
     Path("take3.npz").write_bytes(b"no recording")
-    status, out, err = mossar("segment", "take*.npz", "--csv", "all.csv", "--json", "all.jsonl")
+    status, out, err = mossar("segment", "take*.npz", "--csv", "all.csv", "--json", "all.jsonl", "--quiet")
     assert (status, out) == (2, "")
     assert "take3.npz: " in err
     assert "1 of 6 recordings could not be segmented" in err

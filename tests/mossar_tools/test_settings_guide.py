@@ -82,7 +82,25 @@ def test_a_value_says_what_it_follows(mossar, given, name, value, origin):
     assert (rows[name]["value"], rows[name]["from"]) == (value, origin)
 
 
-def test_a_table_comes_without_an_option(mossar):
+def names_in(out):
+    return [
+        line.split()[0] for line in out.splitlines() if line.split()[:1] and line.split()[0] in SETTING_METAS
+    ]
+
+
+def test_a_table_of_five_comes_without_an_option_and_of_all_with_one(mossar):
     status, out, _ = mossar("settings")
     assert status == 0
-    assert all(any(line.startswith(name) for line in out.splitlines()) for name in SETTING_METAS)
+    assert names_in(out) == ["level", "rests", "sig_threshold", "range_floor", "remerge_seconds"]
+    rows = mossar("settings", "--csv")[1].splitlines()
+    assert f"{len(rows) - 1 - 5} more: mossar settings --all" in out
+    assert "window" in names_in(mossar("settings", "--set", "window=0.3")[1])
+    assert {name.partition(".")[0] for name in names_in(mossar("settings", "--all")[1])} >= {
+        name for name in SETTING_METAS if name not in {"features", "variance_floor"}
+    }
+
+
+@pytest.mark.parametrize("columns", [46, 80])
+def test_the_table_fits_the_terminal(mossar, monkeypatch, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    assert max(map(len, mossar("settings", "--all")[1].splitlines())) <= columns

@@ -271,7 +271,7 @@ def test_a_performance_is_counted_whole(mossar):
             ("limb hands: no joint called 'LeftHnd'; there are ", "did you mean LeftHand?"),
         ),
         (("--joints", "LeftHnd"), ("no joint called 'LeftHnd'; there are ", "did you mean LeftHand?")),
-        (("--set", "windw=1"), ("no setting called 'windw'; there are ", "did you mean window?")),
+        (("--set", "windw=1"), ("no setting called 'windw' - did you mean window?\n",)),
     ],
 )
 @pytest.mark.parametrize("command", [("run", "--speed", "max"), ("segment",)], ids=lambda given: given[0])

@@ -137,9 +137,19 @@ def verdict(project: dict[str, Any], bad: Vulnerability) -> str:
     return OURS if kept_out else "held back by others"
 
 
+def _of_extra(project: dict[str, Any], extra: str) -> list[str]:
+    """Return the requirements of an extra; those of other extras in place of the project's own name."""
+    found: list[str] = []
+    for text in project["optional-dependencies"].get(extra, ()):
+        wanted = Requirement(text)
+        own = wanted.extras if _normal(wanted.name) == _normal(project.get("name", "")) else ()
+        found += [one for other in sorted(own) for one in _of_extra(project, other)] if own else [text]
+    return list(dict.fromkeys(found))
+
+
 def resolve(project: dict[str, Any], extra: str) -> list[Part] | str:
     """Return what pip would install for an extra, or why that cannot be said."""
-    requirements = [*project["dependencies"], *project["optional-dependencies"].get(extra, ())]
+    requirements = [*project["dependencies"], *_of_extra(project, extra)]
     command = [sys.executable, "-m", "pip", "install", "--dry-run", "--ignore-installed", "--quiet"]
     command += ["--disable-pip-version-check", "--no-input", "--report", "-", *requirements]
     try:

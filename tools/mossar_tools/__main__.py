@@ -2,6 +2,6 @@
 
 import sys
 
-from mossar_tools.cli import main
+from mossar_tools.entry import main
 
 sys.exit(main())

@@ -5,20 +5,20 @@ Only the command that is asked for is imported, so that help and errors come at 
 
 import argparse
 import contextlib
-import difflib
 import errno
 import importlib
 import os
 import sys
 import traceback
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NoReturn, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 import mossar_stream
 from mossar_stream import MossarError
 from mossar_tools.console import LOGGER, Console, console
 from mossar_tools.errors import DONE, FAILED, INTERRUPTED, TERMINATED, WRONG_USAGE, Terminated, UsageError
+from mossar_tools.parser import Parser, did_you_mean, parser_of
 from mossar_tools.signals import raising
 
 if TYPE_CHECKING:
@@ -26,33 +26,58 @@ if TYPE_CHECKING:
 
 NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EIO}
 COMMANDS: Final[dict[str, str]] = {
-    "demo": "a built-in performer streams through the whole pipeline; key frames appear live",
-    "run": "segment live or recorded streams; JSON lines on standard output unless --to says otherwise",
-    "segment": "a whole recording, offline: key frames, hierarchy; --json, --csv, --plot, --keep K",
-    "teach": "teach moves that run --moves recognises: live, or from a recording; --list, --remove",
-    "replay": "send a recording out as a live stream of frames",
-    "record": "write arriving frames to a file that replay reproduces with its timing",
-    "view": "the page for players and clients, or the dashboard: a stream live, or a recording",
-    "webcam": "the former name of view webcam:browser; --get-model fetches the weights",
-    "tune": "too many or too few key frames: their number at each strength, and suitable settings",
-    "evaluate": "accuracy against labelled recordings, or demo:; --plot, --json",
-    "agree": "agreement of two people, or of a person and the program, on labels; --plot, --json",
-    "bench": "speed, delay and memory on this machine; --json, --plot",
-    "flink": "live streams of many performers on Apache Flink, described by a TOML file",
-    "archive": "a folder or bucket of recordings into Parquet tables, on Ray Data; --resume continues",
+    "demo": "a built-in performer moves; watch its key frames come",
+    "run": "segment live or recorded streams, and send events to programs",
+    "segment": "segment recordings: a table, .csv, .json, a picture",
+    "view": "watch a stream or a recording in a browser",
+    "teach": "show moves that are recognised, followed and counted later",
     "settings": "the value of each setting, its unit, and its effect",
+    "tune": "too many or too few key frames: suitable settings",
+    "evaluate": "accuracy against labelled recordings, or demo:",
+    "agree": "agreement of two people, or of a person and the program, on labels",
+    "archive": "a folder of recordings into Parquet tables, on Ray Data",
+    "bench": "speed, delay and memory on this machine",
+    "replay": "send a recording as a live stream of frames",
+    "record": "write arriving frames to a file for replay",
+    "adapters": "formats and protocols, missing extras; --check URL tries one",
+    "flink": "live streams of many performers on Apache Flink",
     "schema": "the JSON Schema of the events",
     "completion": "completion by the Tab key, for bash, zsh and tcsh",
-    "adapters": "readable and writable formats, missing extras; --check URL",
+    "webcam": "--get-model fetches the weights; its page is mossar view webcam: now",
+}
+GROUPS: Final[dict[str, tuple[str, ...]]] = {
+    "start": ("demo", "run", "segment", "view", "teach"),
+    "study": ("settings", "tune", "evaluate", "agree", "archive", "bench"),
+    "operate": ("replay", "record", "adapters", "flink", "schema", "completion", "webcam"),
+}
+# What people type for a command or an option that has another name.
+_MEANT: Final[dict[str, str]] = {
+    "version": "mossar --version",
+    "train": "mossar teach",
+    "learn": "mossar teach",
+    "listen": "mossar run",
+    "start": "mossar run",
+    "stream": "mossar run",
+    "show": "mossar view",
+    "dashboard": "mossar view",
+    "camera": "mossar view webcam:",
+    "plot": "mossar segment FILE --plot PICTURE.png",
+    "csv": "mossar segment FILE --csv TABLE.csv",
+    "count": "mossar segment FILE --repetitions",
+    "play": "mossar view FILE",
+    "send": "mossar replay FILE --to SINK",
+    "formats": "mossar adapters",
+    "list": "mossar adapters",
+    "doctor": "mossar adapters",
 }
 
 _EPILOG = """examples:
   mossar demo                                  watch key frames of the built-in performer
-  mossar run osc://0.0.0.0:39539               segment what a VMC or Kinect program sends
+  mossar run 39539                             segment what a VMC or Kinect program sends to this port
   mossar segment walk.bvh --plot walk.png      one picture of a recording
   mossar view demo:                            see the motion, and move the level live
 
-mossar COMMAND --help explains a command.
+mossar help COMMAND explains a command. mossar take.bvh segments a recording.
 """
 
 
@@ -132,40 +157,9 @@ def guarded(program: Callable[[Console], int]) -> int:
     return status
 
 
-class Parser(argparse.ArgumentParser):
-    """Reports wrong usage as one line."""
-
-    def error(self, message: str) -> NoReturn:
-        """Raise what is wrong instead of ending the program."""
-        unknown = message.rpartition("unrecognized arguments: ")[2].split(" ")[0].partition("=")[0]
-        known = self._option_string_actions if message.startswith("unrecognized") else ()
-        if message.startswith("the following"):
-            message += f"; try {first_example(self.epilog or '')}"
-        raise UsageError(f"{message}{did_you_mean(unknown, known)} (see {self.prog} --help)")
-
-
-def first_example(epilog: str) -> str:
-    r"""Return the first command of a help's examples, without its comment.
-
-    Example:
-        >>> first_example("examples:\n  mossar evaluate demo:      without any data\n")
-        'mossar evaluate demo:'
-    """
-    return epilog.partition("\n")[2].strip().splitlines()[0].partition("   ")[0]
-
-
-def did_you_mean(wrong: str, right: Iterable[str]) -> str:
-    """Return a question that names what may have been meant, or nothing.
-
-    Example:
-        >>> did_you_mean("segmnt", ["run", "segment"])
-        ' - did you mean segment?'
-    """
-    near = difflib.get_close_matches(wrong, list(right), 1)
-    return f" - did you mean {near[0]}?" if near else ""
-
-
-def run_command(prog: str, command: Command, arguments: Sequence[str], terminal: Console) -> int:
+def run_command(
+    prog: str, command: Command, arguments: Sequence[str], terminal: Console, *, assumed: bool = False
+) -> int:
     """Parse the arguments of a command, run it, and return its exit status.
 
     Args:
@@ -173,6 +167,7 @@ def run_command(prog: str, command: Command, arguments: Sequence[str], terminal:
         command: What to run.
         arguments: After the command's name.
         terminal: Where words go.
+        assumed: Whether the user typed no command, so that this one is reported.
 
     Raises:
         MossarError: If something is wrong with the arguments, or what they name.
@@ -186,21 +181,13 @@ def run_command(prog: str, command: Command, arguments: Sequence[str], terminal:
         return DONE
     level = options.log_level or ("error" if options.quiet else "debug" if options.verbose else "info")
     terminal.set_up(level, as_json=options.log_json, status=not options.quiet)
+    if assumed:
+        LOGGER.info("this is %s %s", prog, " ".join(arguments)[:100])
+    if options.sources or options.to:
+        from mossar_tools.opening import spelled_out
+
+        options = spelled_out(options)
     return command.run(options, terminal)
-
-
-def parser_of(prog: str, command: Command) -> Parser:
-    """Return the parser of a command."""
-    parser = Parser(
-        prog=prog,
-        description=command.DESCRIPTION,
-        epilog=f"examples:\n{command.EXAMPLES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        argument_default=argparse.SUPPRESS,
-        allow_abbrev=False,
-    )
-    command.add_arguments(parser)
-    return parser
 
 
 def command_called(name: str) -> Command:
@@ -210,19 +197,32 @@ def command_called(name: str) -> Command:
         UsageError: If there is none.
     """
     if name not in COMMANDS:
-        raise UsageError(
-            f"no command called {name[:40]!r}{did_you_mean(name, COMMANDS)}; there are {', '.join(COMMANDS)}"
-        )
+        raise UsageError(f"no command called {name[:40]!r}{_meant(name)}; there are {', '.join(COMMANDS)}")
     command: Command = importlib.import_module(f"mossar_tools.commands.{name}")
     return command
 
 
+def _meant(name: str) -> str:
+    """Return a question that names what an unknown command may stand for, or nothing."""
+    word = name.lower().strip("-")
+    return f" - did you mean {_MEANT[word]}?" if word in _MEANT else did_you_mean(word, COMMANDS)
+
+
 def _run(arguments: list[str], terminal: Console) -> int:
+    if arguments and arguments[0] == "help":
+        arguments = [*arguments[1:2], "--help"]
     # What stands before the command's name can only be --help or --version.
-    if not arguments or arguments[0].startswith("-"):
+    if not arguments or (arguments[0].startswith("-") and arguments[0] != "-"):
         return _run_without_command(arguments or ["--help"], terminal)
     name = arguments[0]
-    return run_command(f"mossar {name}", command_called(name), arguments[1:], terminal)
+    if name in COMMANDS:
+        return run_command(f"mossar {name}", command_called(name), arguments[1:], terminal)
+    from mossar_tools.opening import command_for
+
+    if (meant := command_for(name)) is None:
+        command_called(name)  # which says that there is none
+    name = meant or name
+    return run_command(f"mossar {name}", command_called(name), arguments, terminal, assumed=True)
 
 
 def _run_without_command(arguments: list[str], terminal: Console) -> int:
@@ -234,9 +234,13 @@ def _run_without_command(arguments: list[str], terminal: Console) -> int:
         usage="mossar COMMAND [options]",
     )
     parser.add_argument("-V", "--version", action="store_true", help="print the version and stop")
-    commands = parser.add_argument_group("commands")
-    for name, summary in COMMANDS.items():
-        commands.add_argument(name, help=summary, nargs="?")
+    for title, names in GROUPS.items():
+        commands = parser.add_argument_group(title)
+        for name in names:
+            commands.add_argument(name, help=COMMANDS[name], nargs="?")
+    wrong = arguments[0].lstrip("-").partition("=")[0]
+    if wrong in COMMANDS:
+        raise UsageError(f"{arguments[0]}: a command has no dashes: mossar {wrong} (see mossar --help)")
     try:
         found = parser.parse_args(arguments)
     except SystemExit:
@@ -244,7 +248,9 @@ def _run_without_command(arguments: list[str], terminal: Console) -> int:
     if found.version:
         terminal.line(f"mossar-stream {mossar_stream.__version__}")
         return DONE
-    raise UsageError(f"which command? There are {', '.join(COMMANDS)} (see mossar --help)")
+    raise UsageError(
+        f"which command? It comes first: mossar COMMAND {' '.join(arguments)[:60]} (see mossar --help)"
+    )
 
 
 def _leave_standard_output() -> None:

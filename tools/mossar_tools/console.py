@@ -9,9 +9,11 @@ import logging
 import os
 import shutil
 import sys
+import textwrap
 import threading
 import time
 import warnings
+from collections.abc import Sequence
 from typing import Final, TextIO
 
 from mossar_tools.bars import bar
@@ -49,6 +51,7 @@ class Console:
         self.unicode = prints_unicode(out)
         self._lock = threading.RLock()
         self._shown = 0  # characters of the status line now on the screen
+        self._rows = 0  # lines of the picture now on the screen
         self._last_status = 0.0  # monotonic s
         self._status_on = is_terminal(err)
 
@@ -107,10 +110,29 @@ class Console:
         if not self._status_on or (not now and moment - self._last_status < _STATUS_PERIOD):
             return
         self._last_status = moment
-        text = _printable(text, self.err)[: shutil.get_terminal_size().columns - 1]
+        text = _printable(text, self.err)[: self.width() - 1]
         with self._lock, contextlib.suppress(OSError, ValueError):
+            self._erase_picture()
             print("\r" + text.ljust(self._shown), end="", file=self.err, flush=True)
             self._shown = len(text)
+
+    def picture(self, lines: Sequence[str]) -> None:
+        """Show lines in place of those before, at most ten times a second; nothing where standard error is no terminal."""
+        moment = time.monotonic()
+        if not self._status_on or moment - self._last_status < _STATUS_PERIOD:
+            return
+        self._last_status = moment
+        shown = [_printable(line, self.err)[: self.width() - 1] for line in lines]
+        with self._lock, contextlib.suppress(OSError, ValueError):
+            self.clear()
+            print("\n".join(shown), end="", file=self.err, flush=True)
+            self._rows = len(shown)
+
+    def _erase_picture(self) -> None:
+        if self._rows:
+            up = f"\x1b[{self._rows - 1}A" if self._rows > 1 else ""
+            print(f"\r{up}\x1b[J", end="", file=self.err, flush=True)
+        self._rows = 0
 
     def progress(self, share: float | None, text: str) -> None:
         """Show how far something is: a bar, where the share (0 to 1) is known, and what is being done."""
@@ -118,8 +140,9 @@ class Console:
         self.status(shown + text)
 
     def clear(self) -> None:
-        """Remove the status line, before something else is written."""
+        """Remove the status line or the picture, before something else is written."""
         with self._lock, contextlib.suppress(OSError, ValueError):
+            self._erase_picture()
             if self._shown:
                 print("\r" + " " * self._shown + "\r", end="", file=self.err, flush=True)
             self._shown = 0
@@ -127,6 +150,30 @@ class Console:
     def width(self) -> int:
         """Return the columns of the terminal."""
         return shutil.get_terminal_size().columns
+
+    def height(self) -> int:
+        """Return the lines of the terminal."""
+        return shutil.get_terminal_size().lines
+
+    def room(self) -> int | None:
+        """Return the columns that a line of results may have; None where nothing limits them, as in a pipe."""
+        return self.width() if is_terminal(self.out) or "COLUMNS" in os.environ else None
+
+    def fold(self, text: str, indent: str = "  ") -> list[str]:
+        """Return a text as lines that fit the terminal, broken between words.
+
+        Args:
+            text: A line.
+            indent: Put before the second line and those after it.
+        """
+        room = self.room()
+        text = self.plain(text)
+        if room is None or len(text) <= room:
+            return [text]
+        first = text[: len(text) - len(text.lstrip())]
+        return textwrap.wrap(text.lstrip(), room, initial_indent=first, subsequent_indent=first + indent) or [
+            text
+        ]
 
 
 def console() -> Console:

@@ -24,7 +24,9 @@ def check_picture(path: str) -> Path:
     try:
         import matplotlib as mpl  # noqa: F401 - whether it is there
     except ImportError:
-        raise MossarError("pictures need an extra: pip install 'mossar-stream[plot]'") from None
+        from mossar_adapters.extras import install_line
+
+        raise MossarError(f"pictures need an extra: {install_line('plot')}") from None
     return Path(path)
 
 

@@ -20,12 +20,14 @@ from mossar_stream import (
     MoveEvent,
     PoseEvent,
     RepetitionEvent,
+    StepEvent,
     StreamEvent,
 )
 from mossar_tools.bars import bar
 from mossar_tools.console import Console
+from mossar_tools.elapsed import Elapsed, clock
 from mossar_tools.score import Score, Verdict
-from mossar_tools.wording import judged, straying
+from mossar_tools.wording import counted, judged, straying
 
 if TYPE_CHECKING:
     from mossar_adapters.pipeline import Pipeline
@@ -62,6 +64,7 @@ class LiveView:
     """
 
     name = "the terminal"
+    judged_status = "confirmed"  # of key frames that may hit true cuts
     dropped = 0
 
     def __init__(
@@ -82,9 +85,12 @@ class LiveView:
         self._followed: Newest[tuple[str, str], FollowEvent] = Newest(_NAMES)
         self.visible = visible
         self.prompt = not visible  # counting takes no time; a terminal may be paused
-        self._delays: deque[float] = deque(maxlen=10_000)  # s, from a key frame to its confirmation
+        # s, from a change of activity to its event, and from a key frame to each status.
+        self._delays = {name: deque[float](maxlen=10_000) for name in ("activity", *SHOWN)}
         self._times: dict[str, float] = {}  # s, of the last frame of each performer
-        self._first: dict[str, float] = {}  # s, of the first frame of each performer
+        self._elapsed = Elapsed()
+        self._recognised: Newest[tuple[str, str], int] = Newest(_NAMES)  # moves, by performer and name
+        self._steps: Newest[str, int] = Newest(_NAMES)  # of each performer
         self._limbs: dict[str, int] = {}  # confirmed key frames by channel; there are few channels
         self._headed = False
         self._lock = threading.Lock()
@@ -99,10 +105,17 @@ class LiveView:
                 self._limbs[event.channel] = self._limbs.get(event.channel, 0) + (event.status == "confirmed")
             elif isinstance(event, KeyFrameEvent):
                 self._count(event)
+            elif isinstance(event, ActivityEvent) and event.channel == BODY:
+                self._delays["activity"].append(event.decided_time - event.start)
             elif isinstance(event, FollowEvent):
                 self._followed[event.performer, event.name] = event
             elif isinstance(event, RepetitionEvent):
                 self._repetitions[event.performer, event.channel] = event.total
+            elif isinstance(event, MoveEvent) and event.status == "confirmed":
+                key = event.performer, event.name
+                self._recognised[key] = self._recognised.get(key, 0) + 1
+            elif isinstance(event, StepEvent) and event.status == "strike":
+                self._steps[event.performer] = self._steps.get(event.performer, 0) + 1
         if self.visible:
             for event in self._emission.of(list(events)):
                 self._show(event)
@@ -137,12 +150,10 @@ class LiveView:
     def send_frames(self, frames: Frames) -> None:
         """Take note of the time; judge the true cuts that have had theirs."""
         # Frames come in line with the events, so that no verdict overtakes a key frame.
-        self._first.setdefault(frames.performer, float(frames.times[0]))
-        if len(self._first) > _NAMES:
-            oldest = next(iter(self._first))
-            del self._first[oldest]
-            self._times.pop(oldest, None)
+        self._elapsed.see(frames.performer, float(frames.times[0]), float(frames.times[-1]))
         self._times[frames.performer] = float(frames.times[-1])
+        if len(self._times) > _NAMES:
+            del self._times[next(iter(self._times))]
         if self.visible:
             self._judge(self._times)
 
@@ -153,44 +164,53 @@ class LiveView:
 
     def summary(self) -> list[str]:
         """Return what there is to say at the end."""
-        lines = []
-        seconds = max((last - self._first[name] for name, last in self._times.items()), default=0.0)
+        lines = self._counts()
         if self.score.cuts:
             spread = (
                 statistics.median(abs(error) for error in self.score.errors) if self.score.errors else 0.0
             )
             lines.append(
-                f"true cuts hit: {self.score.hits} of {self.score.cuts} within 0.25 s by a confirmed key frame, "
+                f"true cuts hit: {self.score.hits} of {self.score.cuts} within 0.25 s by a {self.judged_status} key frame, "
                 f"median distance {spread * 1000:.0f} ms"
             )
         lines.append(
-            f"key frames: {self.confirmed} confirmed, {self.final} of them final, in {seconds:.1f} s"
+            f"key frames: {self.confirmed} confirmed, {self.final} of them final, in {self._elapsed.seconds:.1f} s"
         )
         if self._limbs:
             counts = ", ".join(f"{channel} {count}" for channel, count in self._limbs.items())
             lines.append(f"key frames of limbs, confirmed: {counts}")
+        soon = [f"{name} {self._delay(name):.2f} s" for name, delays in self._delays.items() if delays]
+        if soon:
+            lines.append(f"reported after (median): {', '.join(soon)}")
+        return lines
+
+    def _delay(self, name: str) -> float:
+        return statistics.median(self._delays[name])
+
+    def _counts(self) -> list[str]:
+        """Return what was counted, recognised and followed."""
+        lines = []
         for (performer, channel), total in self._repetitions.items():
             of = performer if channel == BODY else f"{performer}, {channel}"
             lines.append(f"repetitions of {of} in the last take: {total}")
         for (performer, name), event in self._followed.items():
             lines.append(f"{name}, {performer}: {event.count} done in the last take")
-        if self._delays:
-            ordered = sorted(self._delays)
-            high = ordered[min(len(ordered) - 1, int(0.95 * len(ordered)))]
-            lines.append(
-                f"delay from a key frame to its confirmation: median {statistics.median(ordered) * 1000:.0f} ms, "
-                f"95 % within {high * 1000:.0f} ms"
-            )
+        for (performer, name), number in self._recognised.items():
+            lines.append(f"{name}, {performer}: recognised {number} time{'s' * (number != 1)}")
+        for performer, number in self._steps.items():
+            lines.append(f"{performer}: {counted(number, 'step')}")
         return lines
 
     def _count(self, event: KeyFrameEvent) -> None:
         with self._lock:
             if event.status == "confirmed":
                 self.confirmed += 1
-                self._delays.append(event.decided_time - event.time)
-                self.score.add(event)
             elif event.status == "final":
                 self.final += 1
+            if event.status in SHOWN:
+                self._delays[event.status].append(event.decided_time - event.time)
+            if event.status == self.judged_status:
+                self.score.add(event)
 
     def _show_key_frame(self, event: KeyFrameEvent) -> None:
         if not self._headed:
@@ -204,7 +224,7 @@ class LiveView:
         colour = _COLOURS[event.status if event.status == "final" else event.kind]
         cells = {
             "performer": event.performer,
-            "time": f"{event.time:.2f} s",
+            "time": f"{self._since(event, event.time):.2f} s",
             "frame": str(event.frame),
             "key frame": event.status,
             "kind": event.kind,
@@ -233,7 +253,8 @@ class LiveView:
         return self._cut(text)
 
     def _move_line(self, event: MoveEvent) -> str:
-        span = f"{event.start:>8.2f} s to {event.end:.2f} s"
+        start, end = self._since(event, event.start), self._since(event, event.end)
+        span = f"{start:>8.2f} s to {end:.2f} s"
         text = f"{event.performer:<12}{span:<22} {event.status:<10}{event.name} ({event.limb})"
         return self._console.colour(text, "1" if event.status == "confirmed" else "2")
 
@@ -243,19 +264,21 @@ class LiveView:
         channel = "" if event.channel == BODY else f" of {event.channel}"
         word = "withdrawn" if event.status == "withdrawn" else f"{event.count} in a row{tempo}"
         text = (
-            f"{event.performer:<12}{event.decided_time:>8.2f} s  {event.total} repetitions{channel} ({word})"
+            f"{event.performer:<12}{self._since(event, event.decided_time):>8.2f} s  "
+            f"{counted(event.total, 'repetition')}{channel} ({word})"
         )
         return self._console.colour(self._cut(text), "1;34")
 
     def _done_line(self, event: FollowEvent) -> str:
         """Return the count of a followed move, and how the performance went."""
-        text = f"{event.performer:<12}{event.time:>8.2f} s  {event.name} {event.count}, {judged(event)}"
+        text = f"{event.performer:<12}{self._since(event, event.time):>8.2f} s  {event.name} {event.count}, {judged(event)}"
         return self._console.colour(self._cut(text), "1;32")
 
     def _pose_line(self, event: PoseEvent) -> str:
         """Return how long a pose has been held, and where the body strays."""
         text = (
-            f"{event.performer:<12}{event.decided_time:>8.2f} s  {event.name} {event.status}, {event.seconds:.1f} s,"
+            f"{event.performer:<12}{self._since(event, event.decided_time):>8.2f} s  {event.name} {event.status}, "
+            f"{event.seconds:.1f} s,"
             f" {event.deviation:.0f}° ({event.joint})"
         )
         return self._console.colour(self._cut(text), "1;32" if event.status == "held" else "2")
@@ -263,8 +286,12 @@ class LiveView:
     def _activity_line(self, event: ActivityEvent) -> str:
         lasted = "" if event.previous is None else f", after {event.previous:.1f} s"
         limb = "" if event.limb is None or event.state != "moving" else f" ({event.limb})"
-        text = f"{event.performer:<12}{event.start:>8.2f} s  {event.state}{limb}{lasted}"
+        start = self._since(event, event.start)
+        text = f"{event.performer:<12}{start:>8.2f} s  {event.state}{limb}{lasted}"
         return self._console.colour(self._cut(text), "33")
+
+    def _since(self, event: Event, time: float) -> float:
+        return self._elapsed.since(event.performer, time)
 
     def _judge(self, now: dict[str, float]) -> None:
         with self._lock:
@@ -274,9 +301,7 @@ class LiveView:
 
     def _cut_line(self, verdict: Verdict) -> str:
         cut = verdict.cut
-        text = (
-            f"{verdict.performer:<12}{cut.time:>8.2f} s{cut.frame:>9}  true cut  {cut.before} → {cut.after}"
-        )
+        text = f"{verdict.performer:<12}{self._elapsed.since(verdict.performer, cut.time):>8.2f} s{cut.frame:>9}  true cut  {cut.before} → {cut.after}"
         word = "✗ missed" if verdict.error is None else f"✓ {verdict.error * 1000:+.0f} ms"
         said = self._console.plain(f" {word}")
         room = max(min(66, self._console.width() - len(said)), 0)
@@ -297,11 +322,12 @@ class LiveView:
             if state is not None:
                 word = "moving " if state.moving else "resting"
                 moment = bar(state.value, 12, fine=self._console.unicode)
-                parts.append(f"{performer} {state.time:.1f} s {word} {moment}")
+                since = clock(self._elapsed.since(performer, state.time))
+                parts.append(f"{performer} {since} {word} {moment}")
         parts += [self._progress(event) for event in self._under_way()[:MOST_FOLLOWED]]
-        counts = f"{self.confirmed} key frames, {self.final} final"
+        counts = f"{counted(self.confirmed, 'key frame')}, {self.final} final"
         totals = [total for (_, channel), total in self._repetitions.items() if channel == BODY]
-        counts += f", {sum(totals)} repetitions" if totals else ""
+        counts += f", {counted(sum(totals), 'repetition')}" if totals else ""
         return " · ".join([*parts, counts]) if parts else "waiting for frames"
 
     def _under_way(self) -> list[FollowEvent]:

@@ -2,8 +2,11 @@
 
 import logging
 import os
+import re
 from collections.abc import Mapping, Sequence
-from pathlib import PurePath
+from pathlib import Path, PurePath
+
+import msgspec
 
 from mossar_adapters.abilities import NamesPerformers, Notes, offered
 from mossar_adapters.address import parse_url
@@ -12,11 +15,60 @@ from mossar_adapters.live import Listener
 from mossar_adapters.people import REMEMBERED
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Recording, Source
-from mossar_adapters.urls import open_frame_sink, open_sink, open_source
+from mossar_adapters.urls import SCHEMES, open_frame_sink, open_sink, open_source
 from mossar_tools.errors import UsageError
 from mossar_tools.options import Options
 
 _log = logging.getLogger("mossar")
+_PORT = re.compile(r"(?:([\w.-]+|\[[0-9a-fA-F:.]+\]):)?(\d{1,6})")  # 39539, localhost:39539, [::1]:39539
+
+
+def spelled_out(options: Options) -> Options:
+    """Return the options with the URLs that a port alone, or an address and a port, stands for; each is logged."""
+    sources = tuple(_spelled_source(source) for source in options.sources)
+    sinks = tuple(_spelled_sink(sink) for sink in options.to)
+    return msgspec.structs.replace(options, sources=sources, to=sinks)
+
+
+def _spelled_source(source: str) -> str:
+    place = _port_of(source)
+    if place is None:
+        return source
+    host, number = place
+    url = f"osc://{host or '0.0.0.0'}:{number}"  # noqa: S104 - the sender is often another device
+    where = f"on {host}" if host else "on all addresses of this computer"
+    _log.info("%s is %s: OSC, %s; zmq://HOST:PORT is ZeroMQ", source, url, where)
+    return url
+
+
+def _spelled_sink(sink: str) -> str:
+    place = _port_of(sink)
+    if place is None:
+        return sink
+    url = f"osc://{place[0] or '127.0.0.1'}:{place[1]}"
+    _log.info("%s is %s: OSC", sink, url)
+    return url
+
+
+def _port_of(text: str) -> tuple[str, str] | None:
+    """Return host and port of what is no URL and no file, but a port; the host is empty if there is only a port."""
+    found = _PORT.fullmatch(text)
+    if found is None or Path(text).exists():
+        return None
+    host = found[1] or ""
+    return "127.0.0.1" if host == "localhost" else host, found[2]
+
+
+def command_for(text: str) -> str | None:
+    """Return the command that processes a source or recording that was given without one; None if it is neither."""
+    if _port_of(text) is not None or text == "-":
+        return "run"
+    if parse_url(text).scheme != "file":
+        return "run" if any(parse_url(text).scheme in scheme.names for scheme in SCHEMES) else None
+    from mossar_adapters.files import FORMATS
+
+    endings = tuple(ending for form in FORMATS for ending in form.extensions)
+    return "segment" if Path(text).is_file() or text.lower().endswith(endings) else None
 
 
 def source_of(url: str, options: Options, listener: Listener | None = None) -> Source:

@@ -100,6 +100,7 @@ class Options(msgspec.Struct, frozen=True):
     session: str | None = None
     pattern: str | None = None
     repetitions: bool = False
+    all: bool = False
     limbs: str | None = None
     rests: str | None = None
     steps: bool = False
@@ -219,6 +220,17 @@ def _check_settings(path: str, options: Options, without: Options) -> None:
         raise UsageError(f"{path}: {error}") from None
 
 
+def which_source(command: str, options: Options) -> str:
+    """Return what to say where the source of a stream is missing; a port may have been given instead."""
+    if options.port != Options().port:
+        return (
+            f"which source? --port is the port of the page; to listen there: mossar {command} {options.port}"
+        )
+    return (
+        f"which source? A port, a URL, a recording, or -: mossar {command} 39539, mossar {command} take.bvh"
+    )
+
+
 def add_settings(
     parser: argparse.ArgumentParser, *, body_only: bool = False, with_level: bool = True
 ) -> None:
@@ -233,7 +245,7 @@ def add_settings(
     group.add_argument("--preset", choices=PRESETS, help="preset of the settings (default: default)")
     if with_level:
         group.add_argument(
-            "--level", metavar="LEVEL", help="posture, motion or cluster, or a number: the strength to keep"
+            "--level", metavar="LEVEL", help="posture, motion, cluster, or a strength as a number"
         )
     group.add_argument(
         "--set",
@@ -270,7 +282,7 @@ def _add_channels(group: Any) -> None:
         metavar="NAME=JOINT,...;...",
         nargs="?",
         const="",
-        help="key frames of each limb, too: arms, legs and trunk, or limbs named with their joints",
+        help="key frames of each limb, too; arms, legs and trunk, or limbs named with their joints",
     )
 
 
@@ -341,7 +353,7 @@ def add_moves(group: Any) -> None:
         "--follow",
         metavar="NAMES|all",
         type=names,
-        help="follow these moves of --moves while they are made: progress, tempo, count, deviation; NAME,NAME or all",
+        help="follow these moves of --moves while they are made; progress, tempo, count, deviation; NAME,NAME or all",
     )
 
 
@@ -352,13 +364,13 @@ def add_part(group: argparse._ArgumentGroup) -> None:
         dest="begin",
         metavar="S",
         type=seconds,
-        help="begin of a part of the recording, s of the recording's clock",
+        help="begin of the part, s of the recording's clock",
     )
     group.add_argument(
         "--until",
         metavar="S",
         type=seconds,
-        help="end of a part of the recording, s of the recording's clock",
+        help="end of the part, s of the recording's clock",
     )
 
 
@@ -382,7 +394,7 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
         "--emit",
         metavar="LIST",
         type=names,
-        help="emit only these: types (key_frame segment activity move follow pose repetition phase step stream stats), statuses (confirmed final ...) "
+        help="emit only these types or statuses; types (key_frame segment activity move follow pose repetition phase step stream stats), statuses (confirmed final ...) "
         "or both as key_frame.final; separated by commas",
     )
     add_moves(group)

@@ -9,7 +9,7 @@ import msgspec
 
 from mossar_adapters.files.output import OutputError
 from mossar_adapters.table_text import csv_text
-from mossar_tools.console import Console
+from mossar_tools.console import Console, is_terminal
 from mossar_tools.errors import UsageError
 from mossar_tools.options import STANDARD_OUTPUT, Options
 
@@ -88,10 +88,13 @@ class Outputs(NamedTuple):
         """Whether standard output is taken, so that nothing else may be written there."""
         return STANDARD_OUTPUT in {self.json, self.csv}
 
-    @property
-    def silent(self) -> bool:
-        """Whether there is nothing left to be shown as a table to read."""
-        return bool(self.json or self.csv or self.picture or self.exports or self.clips or self.curves)
+    def reading(self, console: Console, *, quiet: bool) -> Callable[[str], None] | None:
+        """Return what writes lines to read; None if they are not wanted, or standard output is taken and no terminal is left."""
+        if quiet:
+            return None
+        if not self.piped:
+            return console.line
+        return console.say if is_terminal(console.err) else None
 
     def write(self, console: Console, report: Mapping[str, Any], rows: Rows, lines: Iterable[str]) -> None:
         """Write the JSON object and the table, if they are wanted, and lines to read unless standard output is taken."""

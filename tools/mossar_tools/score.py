@@ -42,6 +42,10 @@ class Score:
         self._times: dict[str, deque[float]] = {}  # s, of the confirmed key frames of each performer
         self._judged: dict[str, float] = {}  # s, of each performer the last cut that was judged
 
+    def cuts_of(self, performer: str) -> tuple[Cut, ...]:
+        """Return the true cuts of a performer that are known so far."""
+        return next((found.cuts[performer] for found in self._sources if performer in found.cuts), ())
+
     def add(self, event: KeyFrameEvent) -> None:
         """Add a confirmed key frame."""
         self._times.setdefault(event.performer, deque(maxlen=_KEPT)).append(event.time)

@@ -37,7 +37,12 @@ _LATE: Final = (
 
 
 def stream(
-    options: Options, console: Console, *, page_only: bool = False, server: "PlayerServer | None" = None
+    options: Options,
+    console: Console,
+    *,
+    page_only: bool = False,
+    server: "PlayerServer | None" = None,
+    view_of: type[LiveView] = LiveView,
 ) -> tuple[int, list[str]]:
     """Run a pipeline as the options say.
 
@@ -46,6 +51,7 @@ def stream(
         console: Where words go.
         page_only: Whether the dashboard is all there is to see, unless sinks are named.
         server: Of the page for players, which is shown in place of the dashboard; None for the dashboard.
+        view_of: What a terminal shows.
 
     Returns:
         The exit status, and the summary; empty if nobody reads any more.
@@ -67,7 +73,7 @@ def stream(
         listeners = [ControlListener() for _ in options.sources]
         sources = _opened_sources(options, listeners, opened)
         visible = is_terminal(console.out) and "-" not in options.to and not page_only
-        view = LiveView(console, sources, visible=visible, emission=emission)
+        view = view_of(console, sources, visible=visible, emission=emission)
         missing: list[str] = []
         show = _opened_show(options, settings, sources, opened, server) if options.view else None
         pipeline = Pipeline(

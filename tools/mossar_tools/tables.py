@@ -1,15 +1,26 @@
 """Tables: results for people to read in a terminal."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording
-from mossar_stream import FollowEvent, RangeOfMotion, Result, Segmentation, gait_of
+from mossar_stream import FollowEvent, PoseEvent, RangeOfMotion, Result, Segmentation, gait_of
 from mossar_tools.batch import motion_of
 from mossar_tools.console import Console
-from mossar_tools.wording import judged
+from mossar_tools.wording import counted, judged
+
+_ENDED: Final = {
+    "onset": "start",
+    "offset": "stop",
+    "minimum": "slow point",
+}  # key frames in a reader's words
+_DISPENSABLE: Final = ("ended by", "length")  # columns in the order in which they give way
+_JOINTS: Final = 12  # columns that the first joint should have
+_WIDE: Final = 1 << 16  # columns where nothing limits a line
+_EARLY: Final = 60.0  # s; a recording whose clock begins earlier keeps it
 
 
 def segmentation_table(
@@ -19,8 +30,9 @@ def segmentation_table(
     console: Console,
     *,
     angles: bool = False,
+    keep: int | None = None,
 ) -> Iterator[str]:
-    """Yield the lines of a table of segments.
+    """Yield what was found in a recording: the answers first, then the table of segments. Lines fit the terminal.
 
     Args:
         whole: The recording.
@@ -28,37 +40,109 @@ def segmentation_table(
         chosen: The level to show.
         console: Tells what can be printed.
         angles: Whether to say how far joints bend in repetitions.
+        keep: How many key frames were wanted, if it was not a level.
     """
+    zero = _zero(whole)
+    for line in (
+        *_heading(whole, zero),
+        *answers(whole, result, zero, angles=angles),
+        "",
+        _of_level(result, chosen, keep),
+    ):
+        yield from console.fold(line) if line else [""]
+    yield ""
+    yield from _segment_lines(chosen, zero, console)
+
+
+def answers(
+    whole: LoadedRecording, result: Result, zero: float = 0.0, *, angles: bool = False
+) -> Iterator[str]:
+    """Yield what was counted, recognised, followed, held and measured.
+
+    Args:
+        whole: The recording.
+        result: What was found in it.
+        zero: Time of its clock that counts as 0, s.
+        angles: Whether to say how far joints bend in repetitions.
+    """
+    if result.settings.repetitions:
+        yield from _repetitions("", result, zero)
+    for name, own in result.limbs.items():
+        if own.repetitions:
+            yield from _repetitions(f" of {name.replace('_', ' ')}", own, zero)
+    yield from _followed(result, zero)
+    for move in result.moves:
+        yield f"{move.name}, {move.limb.replace('_', ' ')}, {_span(move.start, move.end, zero)}"
+    yield from _poses(result, zero)
+    if result.settings.steps:
+        yield from _gait_lines(result)
+    if angles:
+        yield from _angle_lines(whole, result)
+
+
+def _zero(whole: LoadedRecording) -> float:
+    """Return the time of a recording's clock that is shown as 0 s: that of its begin, if it is a computer's clock."""
+    return 0.0 if 0 <= whole.begin < _EARLY else whole.begin
+
+
+def _span(start: float, end: float, zero: float) -> str:
+    return f"from {start - zero:.2f} s to {end - zero:.2f} s"
+
+
+def _heading(whole: LoadedRecording, zero: float) -> Iterator[str]:
     rate = f" at {whole.fps:g} Hz" if whole.fps else ""
     length = float(np.nanmax(whole.times) - np.nanmin(whole.times)) if len(whole.times) else 0.0
     piece = f" from {whole.times[0]:g} to {whole.times[-1]:g} s" if whole.outside != (0, 0) else ""
-    yield f"{Path(whole.name).name}{piece} · {len(whole.times)} frames, {length:.1f} s{rate} · {len(whole.skeleton)} joints"
-    yield f"{len(chosen.key_frames)} of {len(result.key_frames)} key frames stand"
-    if result.settings.repetitions:
-        yield from _repetitions("", result)
-    for name, own in result.limbs.items():
-        if own.repetitions:
-            yield from _repetitions(f" of {name.replace('_', ' ')}", own)
-    if angles:
-        yield from _angle_lines(whole, result)
-    if result.settings.steps:
-        yield from _gait_lines(result)
-    for move in result.moves:
-        yield f"{move.name}, {move.limb.replace('_', ' ')}, from {move.start:.2f} s to {move.end:.2f} s"
-    yield from _followed(result)
-    yield ""
-    heading = f"{'start':>10}{'end':>10}{'length':>10}  {'state':<9}{'ended by':<10}{'strength':>9}  most active joints"
-    yield console.colour(heading, "2")
+    frames = counted(len(whole.times), "frame")
+    yield f"{Path(whole.name).name}{piece} · {frames}, {length:.1f} s{rate} · {counted(len(whole.skeleton), 'joint')}"
+    if zero:
+        yield f"times count from the start, which is {zero:.3f} s of the recording's clock (--from, --until, --csv)"
+
+
+def _of_level(result: Result, chosen: Segmentation, keep: int | None) -> str:
+    """Return how many segments there are, and how that number was chosen."""
+    kept, known = len(chosen.key_frames), len(result.key_frames)
+    level = result.settings.level
+    where = f"level {level}" if isinstance(level, str) else f"strength {level:g}"
+    how = "--keep" if keep is not None else where
+    which = f"all {known}" if kept == known else f"the {kept} strongest of {known}"
+    return f"{counted(len(chosen.segments), 'segment')}, divided by {which} key frames ({how}):"
+
+
+def _segment_lines(chosen: Segmentation, zero: float, console: Console) -> Iterator[str]:
+    """Yield the table of segments, with the columns that there is room for."""
+    room = console.room() or _WIDE
+    columns = {"start": ">9", "end": ">10", "length": ">9", "state": "<9", "ended by": "<12"}
+    for name in _DISPENSABLE:
+        if sum(int(width[1:]) + 1 for width in columns.values()) + _JOINTS > room:
+            columns.pop(name)
+    titles = dict(zip(columns, columns, strict=True))
+    yield console.colour(_row(titles, columns, ["most active joints"], room), "2")
     ends = {key.frame: key for key in chosen.key_frames}
     for part in chosen.segments:
         key = ends.get(part.end_frame)
-        ended = f"{key.kind:<10}{key.strength:>9.2f}" if key else f"{'the end':<10}{'':>9}"
-        seconds = part.end_time - part.start_time
-        row = f"{part.start_time:>8.2f} s{part.end_time:>8.2f} s{seconds:>8.2f} s  {part.state:<9}{ended}"
-        yield f"{row}  {', '.join(part.active_joints[:3])}"
+        cells = {
+            "start": f"{part.start_time - zero:.2f} s",
+            "end": f"{part.end_time - zero:.2f} s",
+            "length": f"{part.end_time - part.start_time:.2f} s",
+            "state": part.state,
+            "ended by": _ENDED[key.kind] if key else "the end",
+        }
+        yield _row(cells, columns, part.active_joints[:3], room)
 
 
-def _followed(result: Result) -> Iterator[str]:
+def _row(cells: Mapping[str, str], columns: Mapping[str, str], joints: Sequence[str], room: int) -> str:
+    """Return a line of the table with as many joints as fit."""
+    text = "".join(f"{' ' * (width[0] == '<') * 2}{cells[name]:{width}}" for name, width in columns.items())
+    for name in joints:
+        separator = "" if name == joints[0] else ", "
+        if len(text) + len(separator) + len(name) > room:
+            break
+        text += separator + name
+    return text.rstrip()[:room]
+
+
+def _followed(result: Result, zero: float) -> Iterator[str]:
     """Yield how often each followed move was done, and how each performance of it went."""
     own: dict[str, list[FollowEvent]] = {}
     for event in result.followed:
@@ -67,14 +151,29 @@ def _followed(result: Result) -> Iterator[str]:
         yield f"{name}: {len(events)} done"
         for event in events:
             score = "" if event.score is None else f", score {event.score:.2f}"
-            yield f"  {event.count:>3}  from {event.start:.2f} s to {event.time:.2f} s, {judged(event)}{score}"
+            yield f"  {event.count:>3}  {_span(event.start, event.time, zero)}, {judged(event)}{score}"
+
+
+def _poses(result: Result, zero: float) -> Iterator[str]:
+    """Yield how often each pose was taken, how long, and how far the body strayed from it."""
+    own: dict[str, list[PoseEvent]] = {}
+    for event in result.poses:
+        own.setdefault(event.name, []).append(event)
+    for name, events in own.items():
+        yield f"{name}: taken {counted(len(events), 'time')}"
+        for number, event in enumerate(events, 1):
+            joint = event.joint.replace("_", " ")
+            yield (
+                f"  {number:>3}  from {event.start - zero:.2f} s, for {event.seconds:.1f} s, "
+                f"{event.deviation:.0f}° off, most at {joint}"
+            )
 
 
 def _gait_lines(result: Result) -> Iterator[str]:
     """Yield what the steps of a recording have in common."""
     gait = gait_of(result.steps)
     pace = f", {gait.cadence:.1f} a minute" if gait.cadence else ""
-    yield f"{gait.steps} steps{pace}"
+    yield f"{counted(gait.steps, 'step')}{pace}"
     for name in ("step_time", "stance", "swing"):
         left, right = (getattr(gait, name)[side] for side in ("left", "right"))
         if left is not None and right is not None:
@@ -83,15 +182,15 @@ def _gait_lines(result: Result) -> Iterator[str]:
             yield f"{name.replace('_', ' ')}: left {left:.2f} s, right {right:.2f} s{text}"
 
 
-def _repetitions(of: str, result: Result) -> Iterator[str]:
+def _repetitions(of: str, result: Result, zero: float) -> Iterator[str]:
     """Yield how many repetitions there are, how quick they are, and a line for each."""
     tempos = [event.tempo for event in result.repetitions if event.tempo is not None]
     pace = f", {np.median(tempos):.1f} a minute" if tempos else ""
-    yield f"{len(result.repetitions)} repetitions{of}{pace}"
+    yield f"{counted(len(result.repetitions), 'repetition')}{of}{pace}"
     for event in result.repetitions:
         start, end = event.start or 0.0, event.end or 0.0  # what is counted has both
         tempo = "" if event.tempo is None else f", {event.tempo:.1f} a minute"
-        yield f"  {event.total:>3}  from {start:.2f} s to {end:.2f} s, {event.count} in a row{tempo}"
+        yield f"  {event.total:>3}  {_span(start, end, zero)}, {event.count} in a row{tempo}"
 
 
 def _angle_lines(whole: LoadedRecording, result: Result) -> Iterator[str]:

@@ -3,6 +3,16 @@
 from mossar_stream import FollowEvent
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun.
+
+    Example:
+        >>> counted(1, "repetition"), counted(0, "key frame")
+        ('1 repetition', '0 key frames')
+    """
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
 def straying(event: FollowEvent) -> str:
     """Return the limb that strays most, and by how much, as "left leg 12°"."""
     angle = event.limbs.get(event.limb, event.deviation)

@@ -13,6 +13,7 @@ from typing import Any, Final
 import msgspec
 
 from mossar_adapters.address import readable
+from mossar_adapters.extras import install_line
 from mossar_adapters.files import sniff
 from mossar_adapters.files.body import checked
 from mossar_adapters.files.errors import FileError
@@ -251,8 +252,6 @@ def _head(path: Path) -> bytes:
 
 def _reader(form: Format, path: Path, function: str) -> Callable[..., Any]:
     if not form.available():
-        raise FileError(
-            path, f"reading {form.name} needs an extra: pip install 'mossar-stream[{form.extra}]'"
-        )
+        raise FileError(path, f"reading {form.name} needs an extra: {install_line(form.extra or '')}")
     reader: Callable[..., Any] = getattr(importlib.import_module(form.module), function)
     return reader

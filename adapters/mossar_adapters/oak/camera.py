@@ -22,14 +22,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from mossar_adapters.extras import needed
+from mossar_adapters.extras import install_line, needed
 from mossar_adapters.files.options import METRES
 from mossar_adapters.oak.separate_process import run_separately
 from mossar_adapters.oak.types import CameraError, CameraLost, OakOptions, Picture
 from mossar_stream import FrameError
 
 NEEDED: Final = "depthai>=3.6,<4"  # measures joints on the host since 3.6
-INSTALL: Final = "pip install 'mossar-stream[oak]'"
+INSTALL: Final = install_line("oak")
 UDEV_RULE: Final = (
     """echo 'SUBSYSTEM=="usb", ATTRS{idVendor}=="03e7", MODE="0666"' | sudo tee /etc/udev/rules.d/80-movidius.rules"""
     " && sudo udevadm control --reload-rules && sudo udevadm trigger"

@@ -58,6 +58,11 @@ class DatagramSocket:
         self._selector.register(self._socket, selectors.EVENT_READ)
 
     @property
+    def opened(self) -> float:
+        """When our clock was 0, monotonic s."""
+        return self._opened
+
+    @property
     def now(self) -> float:
         """Seconds since the socket was opened."""
         return time.monotonic() - self._opened

@@ -87,6 +87,10 @@ class OscDecoder:
         self._collect(self._routes.idle(now))
         return self._batch.take()
 
+    def came(self, performer: str) -> float | None:
+        """Return when the latest frame of a performer arrived, s on the clock of the datagrams; None if there is none."""
+        return self._batch.came(performer)
+
     def fitting(self, address: str) -> str:
         """Return which profile an OSC address fits, for people to read; also if another one was chosen."""
         message = Message(address, (), "", 0.0)

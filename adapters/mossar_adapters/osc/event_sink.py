@@ -1,18 +1,20 @@
 """The OSC event sink: one message per event, times in seconds since the take's first frame.
 
-`/mossar/key_frame ,sssiiffffi` performer, status, kind, take, frame, time, decided time, velocity, strength (-1
-until computed), rev; `/mossar/segment ,sssiiiff` performer, status, state, take, start frame, end frame, start
-time, end time; both of a limb as `/mossar/limb/key_frame ,ssssiiffffi` and `/mossar/limb/segment ,ssssiiiff` with the
-channel after the performer; `/mossar/move ,ssssiffffi` performer, status, name, limb, take, start, end, decided time, score, rev;
+A float32 holds no clock. So these times are called `..._in_take` here; in JSON `start`, `time` and `decided_time` are of the source's clock.
+
+`/mossar/key_frame ,sssiiffffi` performer, status, kind, take, frame, time_in_take, decided_in_take, velocity, strength (-1
+until computed), rev; `/mossar/segment ,sssiiiff` performer, status, state, take, start frame, end frame, start_in_take,
+end_in_take; both of a limb as `/mossar/limb/key_frame ,ssssiiffffi` and `/mossar/limb/segment ,ssssiiiff` with the
+channel after the performer; `/mossar/move ,ssssiffffi` performer, status, name, limb, take, start_in_take, end_in_take, decided_in_take, score, rev;
 `/mossar/follow ,sssssiiffffffffsi` performer, status, name, limb that strays most, joint, take, count, progress, tempo,
-certainty, deviation, score (-1 until done), start, time, decided time, id, rev, then `sff` for each limb: name,
+certainty, deviation, score (-1 until done), start_in_take, time_in_take, decided_in_take, id, rev, then `sff` for each limb: name,
 deviation, range (-1 until done, and of limbs that stand still);
-`/mossar/pose ,sssssiffffsi` performer, status, name, limb that strays most, joint, take, start, seconds, deviation, decided time,
+`/mossar/pose ,sssssiffffsi` performer, status, name, limb that strays most, joint, take, start_in_take, seconds, deviation, decided_in_take,
 id, rev, then `sf` for each limb: name, deviation;
 `/mossar/repetition ,sssiiiffsi` performer, status, channel, take, count, total, period, tempo (-1 for the first of a bout), id, rev;
 `/mossar/phase ,ssif` performer, channel, take, phase from 0 to 1, -1 once when nothing repeats any more;
-`/mossar/activity ,sssifff` performer, channel, state, take, start, decided time, previous (-1 at first);
-`/mossar/step ,sssiffffffs` performer, status, side, take, time, decided time, confidence, x, y, z, id;
+`/mossar/activity ,sssifff` performer, channel, state, take, start_in_take, decided_in_take, previous (-1 at first);
+`/mossar/step ,sssiffffffs` performer, status, side, take, time_in_take, decided_in_take, confidence, x, y, z, id;
 `/mossar/run ,ss` performer, run, before each take; `/mossar/stream ,sssi` performer, event, reason, take.
 """
 

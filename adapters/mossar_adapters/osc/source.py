@@ -85,6 +85,11 @@ class OscSource:
             found += self.decoder.idle(self._socket.now)
         return found
 
+    def came(self, performer: str) -> float | None:
+        """Return when the latest frame of a performer began to arrive, monotonic s; None if that is not known."""
+        arrival = self.decoder.came(performer)
+        return None if arrival is None else self._socket.opened + arrival
+
     def explain(self) -> str:
         """Return one line that says what is bound, what came, and what to try."""
         counters = self.counters

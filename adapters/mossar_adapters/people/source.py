@@ -47,6 +47,7 @@ class PeopleSource:
 
     def __init__(self, source: Source, people: People, remember: float = REMEMBERED) -> None:
         self.name, self.live = source.name, source.live
+        self.came = None  # not offered: the source knows other names than those of slots
         self._source = source
         if (ordering := offered(source, Orders)) is not None:
             ordering.in_order = True  # readers keep chunks back, each performer's for itself

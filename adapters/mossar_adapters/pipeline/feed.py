@@ -3,6 +3,7 @@
 import threading
 import time
 
+from mossar_adapters.abilities import Dates, offered
 from mossar_adapters.newest import Newest
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
 from mossar_adapters.source import Departure, Meta, Occupant, Source
@@ -54,7 +55,10 @@ class Feed:
         meta = item if isinstance(item, Meta) else self._metas.get(item.performer)
         if meta is not None:
             self._metas[item.performer] = meta
-        return Arrival(self._index, item, now, meta)
+        came = None
+        if isinstance(item, Frames) and (source := offered(self.source, Dates)) is not None:
+            came = source.came(item.performer)
+        return Arrival(self._index, item, now, meta, came)
 
     def _read(self) -> None:
         last: Exception | None = None

@@ -26,6 +26,8 @@ class Arrival(msgspec.Struct, frozen=True):
         item: A meta, frames, a performer that came or left, a request, an error that ended the source, or None when
             the source ended.
         at: When it arrived, monotonic s.
+        came: When frames began to arrive at the source, monotonic s, which may have waited for what completes them; None
+            if that is not known.
         meta: What the source last announced of the performer, with frames: so the reader need not have seen
             the announcement itself.
     """
@@ -34,6 +36,7 @@ class Arrival(msgspec.Struct, frozen=True):
     item: "Meta | Frames | Departure | Occupant | Callable[[], None] | Exception | None"
     at: float
     meta: Meta | None = None
+    came: float | None = None
 
 
 class Inbox:

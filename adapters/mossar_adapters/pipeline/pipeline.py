@@ -373,6 +373,8 @@ class Pipeline(Run):
         return heard.source == arrival.source and float(frames.times[0]) - heard.time > _IDLE
 
     def _push(self, frames: Frames, arrival: Arrival) -> None:
+        if self.beginnings[arrival.source].is_old(arrival, len(frames)):
+            return
         name = self._name(arrival.source, frames.performer)
         self.naming.count(arrival.source, frames)
         if frames.performer != name:

@@ -6,6 +6,7 @@ The pipeline drives it; upkeep looks after it between frames, and needs no more 
 import logging
 from collections.abc import Mapping, Sequence
 
+from mossar_adapters.pipeline.beginning import Beginning
 from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Inbox
 from mossar_adapters.pipeline.latency import Latency
@@ -33,6 +34,7 @@ class Run:
     Attributes:
         inbox: What readers delivered, until it is processed.
         feeds: The reader of each source.
+        beginnings: What each source has dropped because it was old at the start.
         running: Whether each source still delivers.
         naming: Our names of the performers.
         live: Whether a source is live.
@@ -51,6 +53,7 @@ class Run:
         self.run_id = run_id
         self.inbox = Inbox([source.live for source in sources])
         self.feeds = [Feed(source, i, self.inbox) for i, source in enumerate(sources)]
+        self.beginnings = [Beginning(source) for source in sources]
         self.running = [True] * len(sources)
         self.naming = Naming([source.name for source in sources])
         self.live = any(source.live for source in sources)

@@ -88,7 +88,9 @@ class Upkeep:
         feed = run.feeds[arrival.source]
         feed.heard_at, feed.delivered = arrival.at, True
         self._explained.discard(arrival.source)
-        return feed.source.live and self._watch.heard(performer, arrival.source, arrival.at)
+        if not feed.source.live:
+            return False
+        return self._watch.heard(performer, arrival.source, arrival.at, arrival.came)
 
     def forget(self, source: int) -> None:
         """Stop watching a source that has ended."""
@@ -144,7 +146,7 @@ class Upkeep:
             fps=round(fps, 2),
             malformed=counted.get("malformed", 0) + run.unusable.get(performer, 0),
             kernel_drops=counted.get("kernel_drops", 0),
-            queue_dropped=run.inbox.dropped[source],
+            queue_dropped=run.inbox.dropped[source] + run.beginnings[source].dropped,
             latency_p50_ms=quantiles[0] if quantiles else None,
             latency_p99_ms=quantiles[1] if quantiles else None,
             **stats,

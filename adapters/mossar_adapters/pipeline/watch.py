@@ -36,9 +36,20 @@ class Watch:
         self._max_pause = max_pause
         self._heard: dict[str, _Watched] = {}
 
-    def heard(self, performer: str, source: int, now: float) -> bool:
-        """Take note of frames; return whether they had stalled."""
+    def heard(self, performer: str, source: int, now: float, came: float | None = None) -> bool:
+        """Take note of frames; return whether they had stalled.
+
+        Frames that arrived before the stall, and waited for what completes them, change nothing.
+
+        Args:
+            performer: Whose.
+            source: Where they come from.
+            now: Monotonic s.
+            came: When they arrived, monotonic s; None: now.
+        """
         known = self._heard.get(performer)
+        if known is not None and known.stalled and came is not None and came - known.at <= STALL:
+            return False
         self._heard[performer] = _Watched(now, source)
         return known is not None and known.stalled
 

@@ -27,6 +27,7 @@ class _Line(msgspec.Struct):
 
     meta: Meta | None = None
     sender: str | None = None  # whose clock its times are on: that of its first frame
+    arrival: float | None = None  # of the latest frame, s
     count: int = 0  # frames so far, for times at a given rate
     steady: Steady = msgspec.field(default_factory=Steady)  # for times without one
     positions: list[NDArray[np.float64] | NDArray[np.float32]] = msgspec.field(default_factory=list)
@@ -74,6 +75,11 @@ class Batch:
         ready, self._ready = self._ready, []
         return ready
 
+    def came(self, performer: str) -> float | None:
+        """Return when the latest frame of a performer arrived, s on the clock of arrivals; None if there is none."""
+        line = self._lines.get(performer)
+        return None if line is None else line.arrival
+
     def forget(self, sender: str) -> None:
         """Forget the clock of a sender that is gone for good."""
         self._clocks.forget(sender)
@@ -104,6 +110,7 @@ class Batch:
         check_time(pose.time)
         self._now = max(self._now, pose.arrival)
         line = self._line(pose.performer)
+        line.arrival = pose.arrival
         meta = line.meta
         if pose.skeleton is not None and (meta is None or meta.skeleton is not pose.skeleton):
             self._announce(Meta(pose.performer, pose.skeleton, self.fps, pose.unit))

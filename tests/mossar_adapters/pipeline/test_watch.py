@@ -44,3 +44,13 @@ def test_performers_of_a_source_that_ended_are_not_missed():
     watch.heard("p2", 1, now=0.0)
     watch.forget(0)
     assert watch.check(5.0) == [("p2", "stalled"), ("p2", "ended")]
+
+
+def test_frames_that_arrived_before_the_stall_are_no_return():
+    watch = Watch(lambda _: 1.0)
+    watch.heard("p1", 0, now=10.0)
+    assert watch.check(10.4) == [("p1", "stalled")]
+    assert watch.heard("p1", 0, now=10.65, came=10.01) is False
+    assert watch.check(10.7) == []  # it is stalled already
+    assert watch.check(11.1) == [("p1", "ended")]
+    assert watch.heard("p1", 0, now=12.0, came=11.99) is True

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from mossar_adapters.address import parse_url
+from mossar_adapters.extras import install_line
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, FAILED
 from mossar_tools.options import Options, add_body, add_messages
@@ -77,7 +78,7 @@ def _extra(row: "Scheme | Format | AnnotationFormat") -> str:
         return ""
     if row.available():
         return f", extra {row.extra}"
-    return f"  - missing: pip install 'mossar-stream[{row.extra}]'"
+    return f"  - missing: {install_line(row.extra)}"
 
 
 def _devices(scheme: "Scheme") -> list[str]:

@@ -4,13 +4,32 @@ import argparse
 
 import msgspec
 
-from mossar_tools.console import Console
+from mossar_tools.console import Console, is_terminal
 from mossar_tools.options import Options, add_messages, add_settings, add_speed, add_stream
 from mossar_tools.values import share, whole
 
 SECONDS = 30.0  # of motion, unless the user says otherwise
 
-DESCRIPTION = "A built-in performer rests, walks, punches, kicks, jumps; its key frames appear live beside its true cuts."
+INTRODUCTION = (
+    "A built-in performer rests, walks, punches, kicks, jumps. mossar sees the joints only, and finds where one move ends "
+    "and the next begins: a key frame. ✓ marks a change of move, · a single movement within one."
+)
+DESCRIPTION = """A built-in performer rests, walks, punches, kicks, jumps. The terminal shows when it moves and rests, and each
+key frame once it is decided, with a mark at true changes of move."""
+COMMON = (
+    "--help",
+    "--speed",
+    "--seconds",
+    "--seed",
+    "--noise",
+    "--performers",
+    "--level",
+    "--set",
+    "--limbs",
+    "--repetitions",
+    "--to",
+    "--quiet",
+)
 EXAMPLES = """  mossar demo                            half a minute at real speed
   mossar demo --speed max --seconds 120  two minutes of motion in a moment
   mossar demo --noise 0.01 --performers 2 --seed 7
@@ -32,11 +51,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
+    from mossar_tools.story import Story
     from mossar_tools.streaming import stream
 
     seconds = options.seconds or SECONDS
     url = f"demo:?seed={options.seed}&noise={options.noise:g}&performers={options.performers}&seconds={seconds:g}"
-    status, summary = stream(msgspec.structs.replace(options, sources=(url,), seconds=None), console)
-    for line in summary:
+    options = msgspec.structs.replace(options, sources=(url,), seconds=None)
+    if is_terminal(console.out) and "-" not in options.to and not options.quiet:
+        for line in console.fold(INTRODUCTION):
+            console.line(line)
+    status, summary = stream(options, console, view_of=Story)
+    for line in () if options.quiet else summary:
         console.say(line)
     return status

@@ -4,12 +4,28 @@ import argparse
 
 from mossar_tools.console import Console, is_terminal
 from mossar_tools.errors import UsageError
-from mossar_tools.options import Options, add_page, add_segmenting, add_speed, add_stream
+from mossar_tools.options import Options, add_page, add_segmenting, add_speed, add_stream, which_source
 
 DESCRIPTION = (
     "Segment live or recorded streams. In a terminal key frames are shown; in a pipe they are JSON lines."
 )
-EXAMPLES = """  mossar run osc://0.0.0.0:39539                         a VMC or Kinect program on another computer
+COMMON = (
+    "--help",
+    "--to",
+    "--emit",
+    "--moves",
+    "--follow",
+    "--repetitions",
+    "--limbs",
+    "--steps",
+    "--level",
+    "--set",
+    "--people",
+    "--seconds",
+    "--view",
+    "--quiet",
+)
+EXAMPLES = """  mossar run 39539                                 a VMC or Kinect program, on this computer or another
   mossar run osc://127.0.0.1:7110 --to osc://127.0.0.1:9000   key frames to a game
   mossar run zmq://127.0.0.1:5556 --to ws://127.0.0.1:8765 --level cluster
   mossar run walk.bvh --to events.jsonl --stats 5
@@ -24,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "sources",
         metavar="SOURCE",
         nargs="*",
-        help="a URL, a recording, or - for JSON lines; several are possible",
+        help="a port, a URL, a recording, or - for JSON lines; several are possible",
     )
     add_speed(parser, "max for recordings, 1 for demo:")
     add_stream(parser)
@@ -43,7 +59,7 @@ def run(options: Options, console: Console) -> int:
     from mossar_tools.streaming import stream
 
     if not options.sources:
-        raise UsageError("which source? A URL, a recording, or - (see mossar run --help)")
+        raise UsageError(which_source("run", options))
     if options.explain and not options.moves:
         raise UsageError("--explain needs --moves: it says which move was nearest in each movement")
     if options.view and options.page == "player":
@@ -52,7 +68,7 @@ def run(options: Options, console: Console) -> int:
         status, summary = stream_with_page(options, console, page_only=False)
     else:
         status, summary = stream(options, console)
-    if is_terminal(console.out):
+    if is_terminal(console.out) and not options.quiet:
         for line in summary:
             console.say(line)
     return status

@@ -27,17 +27,37 @@ from mossar_tools.palette import palette
 from mossar_tools.sessions import check_pattern
 from mossar_tools.values import seconds
 from mossar_tools.values import whole as whole_number
+from mossar_tools.wording import counted
 
 if TYPE_CHECKING:
     from mossar_adapters.annotations.tiers import Tier
     from mossar_adapters.files.clips import Clip
     from mossar_adapters.files.loaded import LoadedRecording
     from mossar_stream import Result, Segmentation
+    from mossar_tools.batch import Segmented
 
 DESCRIPTION = """Segment whole recordings, offline, each with its own range: key frames, their hierarchy,
 segments at a level. Without an option it prints a table. With --from and --until all outputs are of that part. Several
 recordings are segmented in several processes. Unreadable recordings are named, the others are segmented, and the exit
 status is 2."""
+COMMON = (
+    "--help",
+    "--plot",
+    "--csv",
+    "--json",
+    "--export",
+    "--from",
+    "--until",
+    "--level",
+    "--keep",
+    "--repetitions",
+    "--angles",
+    "--steps",
+    "--limbs",
+    "--moves",
+    "--follow",
+    "--quiet",
+)
 EXAMPLES = """  mossar segment walk.bvh
   mossar segment walk.bvh --plot walk.png              also .svg and .pdf
   mossar segment long.bvh --from 600 --until 660 --csv part.csv --plot part.png --width 16
@@ -56,6 +76,15 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment 'demo:?seed=3' --plot demo.pdf --dark
 """
 
+# Parts of a report that are counted in the line of one of several recordings.
+_COUNTED = {
+    "repetitions": "repetition",
+    "followed": "followed move",
+    "moves": "move",
+    "poses": "pose",
+    "steps": "step event",
+}
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
@@ -69,7 +98,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--export",
         metavar="FILE",
         action="append",
-        help="for annotation programs: .eaf (ELAN), .TextGrid (Praat), .txt (Audacity), .vtt (WebVTT), .tsv (BIDS), .json and .xml "
+        help="a file for annotation programs; .eaf (ELAN), .TextGrid (Praat), .txt (Audacity), .vtt (WebVTT), .tsv (BIDS), .json and .xml "
         "(Label Studio: predictions, labelling interface), .etf (ELAN template); .c3d: a copy of a C3D recording with events",
     )
     group.add_argument(
@@ -193,11 +222,14 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
     console.clear()
     outputs.write_json(report_of(options, loaded, result, chosen), console)
     outputs.write_csv(rows_of(options, loaded, result, chosen), console)
-    if not outputs.silent:
+    write = outputs.reading(console, quiet=options.quiet)
+    if write is not None:
         from mossar_tools.tables import segmentation_table
 
-        for line in segmentation_table(loaded, result, chosen, console, angles=options.angles):
-            console.line(line)
+        for line in segmentation_table(
+            loaded, result, chosen, console, angles=options.angles, keep=options.keep
+        ):
+            write(line)
     if outputs.curves is not None:
         from mossar_tools.angle_curves import write_curves
 
@@ -320,15 +352,26 @@ def _tiers(
     return tiers
 
 
-def _several(files: list[str], options: Options, outputs: Outputs, console: Console) -> int:
-    from mossar_tools.batch import Segmented, columns_of, segment_all
+def _found(done: "Segmented") -> Iterator[str]:
+    """Yield how much was found in a recording: the answers first."""
+    for name, one in _COUNTED.items():
+        if name in done.report:
+            yield counted(len(done.report[name]), one)
+    yield counted(done.frames, "frame")
+    yield counted(len(done.report["key_frames"]), "key frame")
+    yield counted(len(done.report["segments"]), "segment")
 
-    def shown(results: Iterator[Segmented]) -> Iterator[Segmented]:
+
+def _several(files: list[str], options: Options, outputs: Outputs, console: Console) -> int:
+    from mossar_tools.batch import columns_of, segment_all
+
+    def shown(results: "Iterator[Segmented]") -> "Iterator[Segmented]":
         for number, done in enumerate(results, 1):
             console.progress(number / len(files), f"{number} of {len(files)}: {done.name}")
             yield done
 
     bad = 0
+    write_line = outputs.reading(console, quiet=options.quiet)
     with (
         outputs.json_lines(console) as write_json,
         outputs.csv_rows(columns_of(options), console) as write_csv,
@@ -340,9 +383,8 @@ def _several(files: list[str], options: Options, outputs: Outputs, console: Cons
                 continue
             write_json(done.report)
             write_csv(done.rows)
-            if not outputs.silent:
-                segments, keys = len(done.report["segments"]), len(done.report["key_frames"])
-                console.line(f"{done.name}: {done.frames} frames, {keys} key frames, {segments} segments")
+            if write_line is not None:
+                write_line(f"{done.name}: {', '.join(_found(done))}")
     console.clear()
     if bad:
         console.say(f"mossar: {bad} of {len(files)} recordings could not be segmented")

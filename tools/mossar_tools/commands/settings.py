@@ -12,13 +12,15 @@ from mossar_tools.errors import DONE
 from mossar_tools.options import Options, add_messages, add_output, add_settings
 from mossar_tools.outputs import Outputs
 
-DESCRIPTION = """Print the value that every setting has, with its unit, where it comes from (default, preset, the level's
-bundle, or you), and its effect. All commands that segment take any setting as --set NAME=VALUE."""
+DESCRIPTION = """Print the value of the settings to begin with, or of --all: the unit, where the value comes from (default,
+preset, the level, or you), and its effect. All commands that segment take any setting as --set NAME=VALUE."""
 EXAMPLES = """  mossar settings
+  mossar settings --all
   mossar settings --level cluster --preset game --set window=0.3
   mossar settings --json | jq '.settings.window.value'
 """
 
+FIRST = ("level", "rests", "sig_threshold", "range_floor", "remerge_seconds")  # those to begin with
 LONG = 20  # characters of legal values that are not repeated in the table
 # What follows another setting where it is left to the bundle.
 FOLLOWED = {"range_floor": "window", "location": "similarity", "rate_limit": "range", "rests": "similarity"}
@@ -27,6 +29,7 @@ FOLLOWED = {"range_floor": "window", "location": "similarity", "rate_limit": "ra
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     add_settings(parser)
+    parser.add_argument("--all", action="store_true", help="all settings, experts' ones, too")
     group = parser.add_argument_group("output")
     add_output(group, "json", "the settings as one JSON object")
     add_output(group, "csv", "a row for each setting")
@@ -41,10 +44,23 @@ def run(options: Options, console: Console) -> int:
     outputs.write_json({"v": 1, "preset": options.preset, "settings": found}, console)
     rows = _rows(found)
     outputs.write_csv(rows, console)
-    if not outputs.silent:
-        for line in _table(rows):
+    if not outputs.piped:
+        for line in _lines(options, rows, console):
             console.line(line)
     return DONE
+
+
+def _lines(options: Options, rows: Sequence[Mapping[str, Any]], console: Console) -> Iterator[str]:
+    """Yield the table that is wanted: of the first settings and those that were set, or of all."""
+    set_here = {name.partition(".")[0] for name in options.set}
+    first = [row for row in rows if row["name"].partition(".")[0] in {*FIRST, *set_here}]
+    first.sort(key=lambda row: FIRST.index(row["name"]) if row["name"] in FIRST else len(FIRST))
+    yield from _table(rows if options.all else first, console)
+    if not options.all:
+        yield ""
+        yield from console.fold(
+            f"{len(rows) - len(first)} more: mossar settings --all. To change one: --set NAME=VALUE, of every command."
+        )
 
 
 def _rows(found: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -57,12 +73,22 @@ def _rows(found: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
     return rows
 
 
-def _table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def _table(rows: Sequence[Mapping[str, Any]], console: Console) -> Iterator[str]:
+    """Yield a line for each setting; where it does not fit the terminal, its effect follows on lines of its own."""
     columns = {"name": "setting", "value": "value", "unit": "unit", "from": "from", "legal": "legal"}
     shown = [{**row, "legal": row["legal"] if len(row["legal"]) < LONG else "see the right"} for row in rows]
     widths = {key: max(len(title), *(len(row[key]) for row in shown)) for key, title in columns.items()}
     for row in ({**columns, "effect": "effect"}, *shown):
-        yield "  ".join(f"{row[key]:<{width}}" for key, width in widths.items()) + f"  {row['effect']}"
+        line = "  ".join(f"{row[key]:<{width}}" for key, width in widths.items())
+        if console.room() is None or len(line) + 2 + max(len(own["effect"]) for own in shown) <= (
+            console.room() or 0
+        ):
+            yield f"{line}  {row['effect']}"
+            continue
+        brief = f"{row['name']:<{widths['name']}}  {row['value']} {row['unit']}".rstrip()
+        yield from console.fold(brief if row["name"] != "setting" else "setting, value, effect")
+        if row["name"] != "setting":
+            yield from console.fold(f"    {row['effect']}", "")
 
 
 def explained(options: Options) -> dict[str, dict[str, Any]]:

@@ -33,6 +33,23 @@ if TYPE_CHECKING:
 DESCRIPTION = """Show moves that are recognised later. Live: rest, do the move, rest; it says when each example was
 taken, and then it is in the file. From a recording: the movements in it, a part of it, or what a table names.
 A pose that is held (--pose): rest, take the pose, hold it."""
+COMMON = (
+    "--help",
+    "--name",
+    "--pose",
+    "--times",
+    "--from",
+    "--until",
+    "--labels",
+    "--discover",
+    "--names",
+    "--mirrored",
+    "--list",
+    "--remove",
+    "--undo",
+    "--keep",
+    "--seconds",
+)
 EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times 2
   mossar teach moves.json take.bvh --name kick --from 3.2 --until 4.6
   mossar teach moves.json take.bvh --labels labels.csv        columns start, end (s), name
@@ -137,7 +154,10 @@ def run(options: Options, console: Console) -> int:
         return _teach_labels(options, console)
     name = options.name or options.pose
     if name is None:
-        raise UsageError("--name says what the move is called, --pose what the pose is")
+        raise UsageError(
+            f"what is the move called? mossar teach {options.file} {options.sources[0]} --name wave"
+            " (a held pose: --pose NAME)"
+        )
     from mossar_stream import Moves
 
     Moves.check_name(name)

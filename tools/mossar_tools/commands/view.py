@@ -8,13 +8,29 @@ import msgspec
 from mossar_adapters.address import parse_url
 from mossar_tools.console import Console
 from mossar_tools.errors import UsageError
-from mossar_tools.options import Options, add_page, add_segmenting, add_speed, add_stream
+from mossar_tools.options import Options, add_page, add_segmenting, add_speed, add_stream, which_source
 
 DESCRIPTION = """Show a camera, or a sender with --follow, --moves or --repetitions, on a page for players and clients: a large
 picture, one count, one verdict, and the dashboard one click away. Else show the dashboard in a browser: the motion, the velocity curve with its key frames, the segments; move the
 level to see which key frames it keeps. A recording is segmented as a whole and played: press on the curve or on the whole take
 below it to jump, on a key frame or its pose to stop there. Key frames are exported as CSV, the whole take as PNG.
 Other sources are shown live, and the last seconds are exported; so are recordings with --follow or --people."""
+COMMON = (
+    "--help",
+    "--speed",
+    "--to",
+    "--moves",
+    "--follow",
+    "--repetitions",
+    "--limbs",
+    "--level",
+    "--set",
+    "--people",
+    "--host",
+    "--port",
+    "--no-browser",
+    "--dark",
+)
 EXAMPLES = """  mossar view demo:                            the built-in performer
   mossar view osc://0.0.0.0:39539              a VMC or Kinect program on another computer
   mossar view walk.bvh --speed 0.5             a recording at half its speed; + and - set the number of key frames
@@ -38,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     if not options.sources:
-        raise UsageError("which source? A URL, a recording, or - (see mossar view --help)")
+        raise UsageError(which_source("view", options))
     options = msgspec.structs.replace(options, view=True, speed=options.speed or _speed(options))
     if (
         len(options.sources) == 1

@@ -20,7 +20,7 @@ import struct
 from mossar_adapters.osc.assembly.known_joints import ClosedFrame, Row
 
 _GAP_LOW, _GAP_HIGH, _INTERVAL = 0.004, 0.1, 0.04  # s
-_GAP_MARKED = 1.0  # s; what is lost is missed no later than at the next frame anyway
+_GAP_MARKED = 0.25  # s; less than what counts as a stall, so that a sender's last frame comes before it
 _RATES = (30, 60, 120, 24, 25, 50, 72, 90, 100, 144, 240)  # Hz
 _float32 = struct.Struct("f")
 
