@@ -1,7 +1,6 @@
 """`mossar teach`: moves are shown live or from recordings, and `mossar run --moves` recognises them."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -230,24 +229,34 @@ def test_ten_thousand_examples_get_one_clear_error(mossar, recording, tmp_path):
     assert not moves.exists()
 
 
-def test_an_example_that_was_said_to_be_taken_survives_kill_9(recording, tmp_path):
+@pytest.mark.parametrize(("how", "status", "saved"), [("SIGINT", 130, 2), ("SIGKILL", -9, 0)])
+def test_nothing_is_saved_before_the_series_is_whole_or_the_user_ends_it(
+    recording, tmp_path, how, status, saved
+):
+    if not hasattr(signal, how):
+        pytest.skip("no such signal here")
     moves, take = tmp_path / "moves.json", recording("take.npz", shown(*[PUNCH] * 12))
+    before = Moves(PERSON)
+    before.add("raise", RAISE, FPS)
+    before.save(moves)
     command = [sys.executable, "-m", "mossar_tools", "teach", moves, take, "--name", "punch", "--times", "12"]
-    for wanted in (1, 3):
-        moves.unlink(missing_ok=True)
-        with subprocess.Popen(
-            [*map(str, command), "--unit", "m", "--speed", "4"], stderr=subprocess.PIPE, text=True
-        ) as process:
-            said = 0
-            for line in process.stderr:
-                said += "taken" in line
-                if said == wanted:
-                    break
-            os.kill(process.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
-        assert said == wanted
-        assert len(Moves.load(moves)) >= wanted
-        left = {path.name for path in Path(tmp_path).iterdir() if "moves" in path.name}
-        assert left == {"moves.json", ".moves.json.lock"}
+    with subprocess.Popen(
+        [*map(str, command), "--unit", "m", "--speed", "4"], stderr=subprocess.PIPE, text=True
+    ) as process:
+        said = 0
+        for line in process.stderr:
+            said += "taken" in line
+            if said == 2:
+                break
+        assert Moves.load(moves).names == ("raise",)
+        process.send_signal(getattr(signal, how))
+        rest = process.stderr.read()
+    assert process.returncode == status
+    assert [example.name for example in Moves.load(moves).examples].count("punch") >= saved
+    assert ("of punch saved" in rest) == bool(saved)
+    assert Moves.load(moves).names[0] == "raise"
+    left = {path.name for path in Path(tmp_path).iterdir() if "moves" in path.name}
+    assert left <= {"moves.json", ".moves.json.lock"}
 
 
 TAKE_MANY = """
@@ -255,7 +264,7 @@ import sys, time
 from pathlib import Path
 import numpy as np
 from mossar_stream import Skeleton
-from mossar_tools.moves_file import take_example
+from mossar_tools.series import Series
 _, path, movement, name, ready, go = sys.argv
 shown = np.load(movement)
 person = Skeleton(("hip", "left", "right"), (-1, 0, 0))
@@ -263,7 +272,9 @@ Path(ready).touch()
 while not Path(go).exists():
     time.sleep(0.001)
 for _ in range(15):
-    take_example(path, person, name, shown, 30.0)
+    series = Series(Path(path), person, name, keeps=True)
+    series.show(shown, 30.0)
+    series.save(Path(path))
 """
 
 
