@@ -265,6 +265,7 @@ from pathlib import Path
 import numpy as np
 from mossar_stream import Skeleton
 from mossar_tools.series import Series
+from mossar_tools.taking import Movement
 _, path, movement, name, ready, go = sys.argv
 shown = np.load(movement)
 person = Skeleton(("hip", "left", "right"), (-1, 0, 0))
@@ -273,7 +274,7 @@ while not Path(go).exists():
     time.sleep(0.001)
 for _ in range(15):
     series = Series(Path(path), person, name, keeps=True)
-    series.show(shown, 30.0)
+    series.show(Movement(shown, 30.0, 0.0, 1.0, (0, len(shown) - 1)))
     series.save(Path(path))
 """
 

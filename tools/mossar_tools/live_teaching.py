@@ -106,14 +106,14 @@ class LiveTeaching:
             if self._series is None:
                 path, keeps = Path(self._options.file), self._options.keeps
                 self._series = Series(path, self._skeleton(), self._name, keeps=keeps)
-            shown = self._series.show(movement.positions, movement.fps)
+            shown = self._series.show(movement)
         except MossarError as error:
             self._console.say(f"not taken: {error}")
             return
-        self._report(shown, movement.end - movement.begin)
+        self._report(shown)
         self._count(shown.count)
 
-    def _report(self, shown: Shown, seconds: float) -> None:
+    def _report(self, shown: Shown) -> None:
         """Say what became of a movement, and draw it."""
         for line in shown.unlike:
             LOGGER.warning("%s", line)
@@ -121,10 +121,10 @@ class LiveTeaching:
             self._console.say(f"{self._name}: the last two are alike and kept; the first is dropped")
         if shown.is_kept:
             self._console.say(
-                f"{self._name}: example {shown.count} of {self._wanted} taken ({seconds:.1f} s)"
+                f"{self._name}: example {shown.count} of {self._wanted} taken ({shown.seconds:.1f} s)"
             )
         else:
-            self._console.say(f"{self._name}: not kept ({seconds:.1f} s); do it again, or use --keep")
+            self._console.say(f"{self._name}: not kept ({shown.seconds:.1f} s); do it again, or use --keep")
         for line in example_lines(shown.example, shown.skeleton, fine=prints_unicode(self._console.err)):
             self._console.say(f"  {line}")
 

@@ -7,12 +7,11 @@ may be the slip: if the third is like the second, the first is dropped.
 from pathlib import Path
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from mossar_stream import Example, Moves, MovesError, Skeleton
 from mossar_tools.explaining import lines_of_oddity
 from mossar_tools.moves_file import changing, moves_for
+from mossar_tools.taking import Movement
 
 
 class Shown(msgspec.Struct, frozen=True):
@@ -21,6 +20,7 @@ class Shown(msgspec.Struct, frozen=True):
     Args:
         example: The movement.
         skeleton: Of the example.
+        seconds: How long the movement took, s.
         is_kept: Whether it is an example of the series.
         count: Examples of the series so far.
         unlike: Lines about what it has unlike the others of its name; of one that is kept in spite of it, too.
@@ -29,6 +29,7 @@ class Shown(msgspec.Struct, frozen=True):
 
     example: Example
     skeleton: Skeleton
+    seconds: float
     is_kept: bool
     count: int
     unlike: tuple[str, ...] = ()
@@ -51,8 +52,8 @@ class Series:
     def __init__(self, path: Path | None, skeleton: Skeleton, name: str, *, keeps: bool = False) -> None:
         self._skeleton, self._name, self._keeps = skeleton, name, keeps
         self._moves = Moves(skeleton) if path is None else moves_for(path, skeleton)
-        self._kept: list[tuple[NDArray[np.float32], float]] = []  # positions, m, and rates, Hz
-        self._refused: tuple[NDArray[np.float32], float] | None = None
+        self._kept: list[Movement] = []
+        self._refused: Movement | None = None
 
     @property
     def count(self) -> int:
@@ -64,24 +65,22 @@ class Series:
         """Whether the last movement was unlike the others, and may still be kept."""
         return self._refused is not None
 
-    def show(self, positions: NDArray[np.float32], fps: float) -> Shown:
+    def show(self, movement: Movement) -> Shown:
         """Keep a movement as an example, unless it is unlike the others of its name.
 
         Raises:
             MovesError: If it cannot be an example.
         """
-        example, unlike = self._compared(self._moves, positions, fps)
-        if unlike and not self._keeps:
-            before, self._refused = self._refused, (positions, fps)
-            if before is None or not self._is_first_odd(before):
-                return Shown(example, self._skeleton, False, self.count, unlike)
-            self._moves.remove_example(len(self._moves) - 1)
-            self._kept = []
-            self._add(*before)
-            self._add(positions, fps)
-            return Shown(example, self._skeleton, True, self.count, is_first_dropped=True)
-        self._add(positions, fps)
-        return Shown(example, self._skeleton, True, self.count, unlike)
+        unlike = self._unlike(self._moves, movement)
+        if not unlike or self._keeps:
+            return self._add(movement, unlike)
+        before, self._refused = self._refused, movement
+        if before is None or not self._is_first_odd(before, movement):
+            return self._shown(self._example(movement), movement, unlike, is_kept=False)
+        self._moves.remove_example(len(self._moves) - 1)
+        self._kept = []
+        self._add(before)
+        return msgspec.structs.replace(self._add(movement), is_first_dropped=True)
 
     def keep(self) -> Shown:
         """Keep the last movement although it is unlike the others.
@@ -91,8 +90,7 @@ class Series:
         """
         if self._refused is None:
             raise MovesError("there is nothing to keep: the last example was not refused")
-        self._add(*self._refused)
-        return Shown(self._moves.examples[-1], self._skeleton, True, self.count)
+        return self._add(self._refused)
 
     def save(self, path: Path) -> Moves:
         """Write the examples to a file; when this returns they are on the disk.
@@ -104,33 +102,41 @@ class Series:
             MossarError: If they cannot be used with those that are there, or not be written.
         """
         with changing(path, self._skeleton) as moves:
-            for positions, fps in self._kept:
-                moves.add(self._name, positions, fps)
+            for movement in self._kept:
+                self._add_to(moves, movement)
         return moves
 
-    def _compared(
-        self, others: Moves, positions: NDArray[np.float32], fps: float
-    ) -> tuple[Example, tuple[str, ...]]:
-        """Return a movement as an example, and lines about what it has unlike others."""
-        moves = others.copy()
-        moves.add(self._name, positions, fps)
-        place = len(moves) - 1
-        oddity = moves.oddity(place)
-        number = sum(example.name == self._name for example in moves.examples)
-        lines = () if oddity is None else tuple(lines_of_oddity(self._name, number, oddity))
-        return moves.examples[place], lines
+    def _add(self, movement: Movement, unlike: tuple[str, ...] = ()) -> Shown:
+        self._add_to(self._moves, movement)
+        self._kept.append(movement)
+        self._refused = None
+        return self._shown(self._moves.examples[-1], movement, unlike, is_kept=True)
 
-    def _is_first_odd(self, before: tuple[NDArray[np.float32], float]) -> bool:
+    def _add_to(self, moves: Moves, movement: Movement) -> None:
+        moves.add(self._name, movement.positions, movement.fps, movement.frames)
+
+    def _shown(self, example: Example, movement: Movement, unlike: tuple[str, ...], *, is_kept: bool) -> Shown:
+        return Shown(example, self._skeleton, movement.seconds, is_kept, self.count, unlike)
+
+    def _example(self, movement: Movement) -> Example:
+        moves = Moves(self._skeleton)
+        self._add_to(moves, movement)
+        return moves.examples[0]
+
+    def _unlike(self, others: Moves, movement: Movement) -> tuple[str, ...]:
+        """Return lines about what a movement has unlike the others of its name."""
+        moves = others.copy()
+        self._add_to(moves, movement)
+        oddity = moves.oddity(len(moves) - 1)
+        number = sum(example.name == self._name for example in moves.examples)
+        return () if oddity is None else tuple(lines_of_oddity(self._name, number, oddity))
+
+    def _is_first_odd(self, before: Movement, movement: Movement) -> bool:
         """Return whether the only example so far is of this series, and the last two movements are alike."""
         others = sum(example.name == self._name for example in self._moves.examples)
-        if self.count != 1 or others != 1 or self._refused is None:
+        if self.count != 1 or others != 1:
             return False
         moves = self._moves.copy()
         moves.remove_example(len(moves) - 1)
-        moves.add(self._name, *before)
-        return not self._compared(moves, *self._refused)[1]
-
-    def _add(self, positions: NDArray[np.float32], fps: float) -> None:
-        self._moves.add(self._name, positions, fps)
-        self._kept.append((positions, fps))
-        self._refused = None
+        self._add_to(moves, before)
+        return not self._unlike(moves, movement)

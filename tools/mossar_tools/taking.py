@@ -30,12 +30,19 @@ class Movement(msgspec.Struct, frozen=True):
         fps: Hz.
         begin: s on the clock of the stream, when it began.
         end: s, when it ended.
+        frames: The first and the last frame in `positions` that belong to it.
     """
 
     positions: NDArray[np.float32]
     fps: float
     begin: float
     end: float
+    frames: tuple[int, int]
+
+    @property
+    def seconds(self) -> float:
+        """How long it took, s."""
+        return self.end - self.begin
 
 
 class MovementTaker:
@@ -181,7 +188,9 @@ class MovementTaker:
                 self._complain("not taken: it did not begin at rest; rest, do it, rest")
             elif begin >= self.since and len(kept) > 1:
                 rate = (len(kept) - 1) / (self._times[kept[-1]] - self._times[kept[0]])
-                movement = Movement(np.array([self._frames[i] for i in kept]), rate, begin, end)
+                inside = [place for place, i in enumerate(kept) if begin <= self._times[i] <= end]
+                shown = np.array([self._frames[i] for i in kept])
+                movement = Movement(shown, rate, begin, end, (inside[0], inside[-1]))
         self._drop(found.end + 1)
         if movement is not None:
             self._take(movement)
@@ -267,6 +276,7 @@ class TimedTaker:
             del self._times[:-1], self._frames[:-1]
         elif time - self._begin >= self._seconds:
             rate = (len(self._times) - 1) / (time - self._times[0])
-            movement = Movement(np.array(self._frames), rate, self._times[0], time)
+            frames = 0, len(self._frames) - 1
+            movement = Movement(np.array(self._frames), rate, self._times[0], time, frames)
             self._begin = time + self._lead
             self._take(movement)

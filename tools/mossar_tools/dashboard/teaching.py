@@ -221,7 +221,7 @@ class Teaching:
         if self._taker is None or self._series is None:
             return
         try:
-            shown = self._series.show(movement.positions, movement.fps)
+            shown = self._series.show(movement)
             if shown.is_kept:
                 self._save(self._series, shown)
                 return
@@ -238,8 +238,7 @@ class Teaching:
         self.path, self._taker, self._series = path, None, None
         self._adopt(moves)
         count = sum(example.name == self._name for example in moves.examples)
-        seconds = shown.example.seconds(len(shown.skeleton))
-        self._message = f"{self._name}: example {count} taken ({seconds:.1f} s), in {path.name}"
+        self._message = f"{self._name}: example {count} taken ({shown.seconds:.1f} s), in {path.name}"
         self._enter("taken", SHOWN)
         LOGGER.info("%s", self._message)
 
