@@ -38,7 +38,7 @@ def figure_lines(chosen: Floats, poses: Floats, skeleton: Skeleton, *, fine: boo
     """
     view = view_of(skeleton, poses)
     flat = np.stack([project(pose, view) for pose in chosen])
-    low, high = np.nanmin(flat, axis=(0, 1)), np.nanmax(flat, axis=(0, 1))
+    low, high = flat.min(axis=(0, 1)), flat.max(axis=(0, 1))
     wide, high_dots = (_WIDE, _HIGH) if fine else (1, 2)
     size = np.array([_COLUMNS * wide, _LINES * high_dots])
     scale = float(np.min((size - 1) / np.maximum(high - low, 1e-6)))
@@ -74,8 +74,6 @@ def _characters(pose: Floats, skeleton: Skeleton, size: NDArray[np.intp], *, fin
 
 
 def _draw_line(dots: NDArray[np.bool_], begin: Floats, end: Floats) -> None:
-    if not (np.isfinite(begin).all() and np.isfinite(end).all()):
-        return
     count = int(np.ceil(np.abs(end - begin).max())) + 1
     places = np.rint(np.linspace(begin, end, count)).astype(int)
     inside = (places >= 0).all(axis=1) & (places < (dots.shape[1], dots.shape[0])).all(axis=1)

@@ -1,12 +1,13 @@
 """Live teaching: `mossar teach` with a stream, from the first rest to the file of moves."""
 
 import contextlib
+import os
 from pathlib import Path
 
 from mossar_adapters.pipeline import Pipeline
 from mossar_stream import MossarError, Skeleton
 from mossar_tools.console import LOGGER, Console, prints_unicode
-from mossar_tools.errors import DONE, FAILED
+from mossar_tools.errors import DONE, FAILED, UsageError
 from mossar_tools.figures_in_text import example_lines
 from mossar_tools.moves_file import read_moves, take_pose
 from mossar_tools.opening import source_of
@@ -39,8 +40,7 @@ class LiveTeaching:
     def run(self) -> int:
         """Take examples until the series is whole or the stream ends, save them, and return the exit status."""
         options, console = self._options, self._console
-        if Path(options.file).exists():
-            read_moves(options.file)  # errors of the file are reported before the performer moves
+        _check_file(Path(options.file))
         settings = options.settings()
         with contextlib.closing(source_of(options.sources[0], options)) as source:
             self._pipeline = Pipeline([source], [], settings, views=[self._taker()])
@@ -141,3 +141,15 @@ class LiveTeaching:
         self._console.say(
             f"{self._options.file}: {count} example{'s' * (count != 1)} of {self._name} saved; --undo takes the last one back"
         )
+
+
+def _check_file(path: Path) -> None:
+    """Check the file before the performer moves.
+
+    Raises:
+        MossarError: If it is there and cannot be read, or cannot be written.
+    """
+    if path.exists():
+        read_moves(path)
+    if not os.access(path.parent, os.W_OK):
+        raise UsageError(f"{path} cannot be written: {path.parent} is no folder that can be written to")

@@ -125,7 +125,9 @@ def take_back(path: str | Path, name: str | None = None) -> tuple[Example, int]:
         places = [i for i, example in enumerate(moves.examples) if name in (None, example.name)]
         if not places:
             of = "" if name is None else f" of {name}"
-            raise UsageError(f"{path} has no example{of} to take back; there are {', '.join(moves.names[:NAMED]) or 'none'}")
+            raise UsageError(
+                f"{path} has no example{of} to take back; there are {', '.join(moves.names[:NAMED]) or 'none'}"
+            )
         example = moves.examples[places[-1]]
         moves.remove_example(places[-1])
     return example, sum(one.name == example.name for one in moves.examples)

@@ -107,7 +107,9 @@ def movement_over(seen: Seen, away: float, *, at_end: bool = False) -> Found | N
     home = _pose(seen, rests[0])
     way = _way(seen, home, rests[0].last, end)
     near = max(LEAST_NEAR, NEAR * way)
-    homes = [rest for rest in rests[1:] if _seconds(seen, rest) >= REST and _apart(_pose(seen, rest), home) < near]
+    homes = [
+        rest for rest in rests[1:] if _seconds(seen, rest) >= REST and _apart(_pose(seen, rest), home) < near
+    ]
     if _apart(now, home) < near or still >= away or at_end:
         begin = (rests[:1] + homes)[-1].last
         return Found(begin, end, _way(seen, home, begin, end))

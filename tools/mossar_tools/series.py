@@ -115,7 +115,9 @@ class Series:
     def _add_to(self, moves: Moves, movement: Movement) -> None:
         moves.add(self._name, movement.positions, movement.fps, movement.frames)
 
-    def _shown(self, example: Example, movement: Movement, unlike: tuple[str, ...], *, is_kept: bool) -> Shown:
+    def _shown(
+        self, example: Example, movement: Movement, unlike: tuple[str, ...], *, is_kept: bool
+    ) -> Shown:
         return Shown(example, self._skeleton, movement.seconds, is_kept, self.count, unlike)
 
     def _example(self, movement: Movement) -> Example:

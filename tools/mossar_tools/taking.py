@@ -88,7 +88,9 @@ class MovementTaker:
     def _forget(self) -> None:
         self._times: list[float] = []  # s, of the frames since the last movement
         self._frames: list[NDArray[np.float32]] = []  # (J, 3) m
-        self._poses: list[NDArray[np.float32]] = []  # (1 + J, 3) m: the centre, the joints relative to it; averaged
+        self._poses: list[
+            NDArray[np.float32]
+        ] = []  # (1 + J, 3) m: the centre, the joints relative to it; averaged
         self._speeds: list[float] = []  # m/s, of the fastest joints, or of the centre
         self._resting: list[bool] = []  # whether the body and all limbs rest
         self._recent: deque[tuple[float, NDArray[np.float32]]] = deque()  # s, and poses that are averaged
@@ -160,7 +162,11 @@ class MovementTaker:
     def _seen(self) -> Seen:
         poses = np.array(self._poses)
         return Seen(
-            np.array(self._times), poses[:, 1:], np.array(self._speeds), np.array(self._resting), self._after_rest
+            np.array(self._times),
+            poses[:, 1:],
+            np.array(self._speeds),
+            np.array(self._resting),
+            self._after_rest,
         )
 
     def _look(self, *, at_end: bool = False) -> None:

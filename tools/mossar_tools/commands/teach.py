@@ -123,7 +123,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     group = parser.add_argument_group("contents of the file")
     group.add_argument("--list", action="store_true", help="list the moves, and draw each example")
-    group.add_argument("--undo", action="store_true", help="take back the last example, of --name or of all moves")
+    group.add_argument(
+        "--undo", action="store_true", help="take back the last example, of --name or of all moves"
+    )
     group.add_argument("--remove", metavar="NAME", help="remove a move or a pose")
     add_speed(parser, "max for recordings, 1 for demo:")
     add_settings(parser, body_only=True)
@@ -220,7 +222,9 @@ def _check_live(options: Options) -> None:
         if not is_given:
             continue
         if not options.sources:
-            raise UsageError(f"{name} needs a stream: mossar teach {options.file} osc://0.0.0.0:39539 --name walk {name}")
+            raise UsageError(
+                f"{name} needs a stream: mossar teach {options.file} osc://0.0.0.0:39539 --name walk {name}"
+            )
         for other, is_other in parts.items():
             if is_other:
                 raise UsageError(f"{name} is for examples that are shown live; leave it out with {other}")

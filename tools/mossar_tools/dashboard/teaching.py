@@ -156,7 +156,10 @@ class Teaching:
                 raise MovesError("there are no examples")
             example, left = take_back(self.path)
             self._taker = self._series = None
-            self._phase, self._message = "idle", f"{example.name}: the last example is taken back; {left} left"
+            self._phase, self._message = (
+                "idle",
+                f"{example.name}: the last example is taken back; {left} left",
+            )
             self._adopt(read_moves(self.path))
 
     def forget(self, place: int, mark: str) -> None:

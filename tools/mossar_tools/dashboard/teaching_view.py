@@ -18,7 +18,13 @@ _FAINT = 3  # poses drawn faintly before the one that reaches farthest
 
 def countdown(state: TeachingState) -> str:
     """Return what a person reads from afar while they show a move."""
-    large = {"count": str(state.seconds), "watch": "now", "again": "again", "taken": "taken", "failed": "again"}
+    large = {
+        "count": str(state.seconds),
+        "watch": "now",
+        "again": "again",
+        "taken": "taken",
+        "failed": "again",
+    }
     if state.phase == "idle":
         return ""
     small = {
