@@ -28,8 +28,8 @@ def test_nothing_is_in_the_file_before_it_is_saved(path):
     shown = [series.show(PUNCHED), series.show(OTHER_PUNCH)]
     assert [(one.is_kept, one.count, one.unlike) for one in shown] == [(True, 1, ()), (True, 2, ())]
     assert not path.exists()
-    assert Moves.load(path if series.save(path) else path).names == ("punch",)
-    assert len(Moves.load(path)) == 2
+    series.save(path)
+    assert [one.name for one in Moves.load(path).examples] == ["punch", "punch"]
 
 
 def test_one_that_is_unlike_the_others_is_not_kept(path):

@@ -135,7 +135,7 @@ def test_a_move_with_its_pauses_is_one_movement(name, noise):
         assert movement.end == pytest.approx(end, abs=0.3)
         first, last = movement.frames
         assert (last - first) / movement.fps == pytest.approx(movement.seconds, abs=0.07)
-        assert 0 < first
+        assert first > 0
         assert last < len(movement.positions) - 1
 
 

@@ -2,16 +2,14 @@
 
 import argparse
 from collections.abc import Iterable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from mossar_stream import FACINGS, MoveRule
 from mossar_tools.console import LOGGER, Console, prints_unicode
-from mossar_tools.errors import DONE, FAILED, UsageError
+from mossar_tools.errors import DONE, UsageError
 from mossar_tools.moves_file import changing, moves_for, oddities_of, read_moves
 from mossar_tools.options import (
     Options,
