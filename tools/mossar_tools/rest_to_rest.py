@@ -11,6 +11,7 @@ A rest in the pose of the one before the movement ends it after `REST`. A rest i
 a raised arm, and ends the movement only after a longer time.
 """
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 REST = 0.6  # s without movement, in the pose before it, after which a movement is over
 BEFORE = 0.4  # s of rest before a movement
 BEFORE_FIRST = 0.9  # s of rest where the frames begin with a stream: the time before is not known
-SETTLED = 1.5  # s of rest in another pose, where a movement may begin, too
+SETTLED = 1.0  # s of rest in another pose, where a movement may begin, too
 POSED = 0.3  # s of a rest, whose mean pose is that of the rest
 SLOW = 0.1  # of the peak of speed: slower is rest
 MOST_PEAK = 6.0  # m/s, of the peak: a sensor that loses the body for a moment must not hide what follows
@@ -107,16 +108,24 @@ def movement_over(seen: Seen, away: float, *, at_end: bool = False) -> Found | N
     home = _pose(seen, rests[0])
     way = _way(seen, home, rests[0].last, end)
     near = max(LEAST_NEAR, NEAR * way)
-    homes = [
-        rest for rest in rests[1:] if _seconds(seen, rest) >= REST and _apart(_pose(seen, rest), home) < near
-    ]
+    homes = [rests[0], *(rest for rest in rests[1:] if _is_home(seen, rest, home, near))]
+    for before, after in pairwise(
+        homes
+    ):  # over before, but slow, so that it shows only beside the peak of now
+        way = _way(seen, home, before.last, after.first)
+        if way >= max(LEAST_WAY, near):
+            return Found(before.last, after.first - 1, way)
     if _apart(now, home) < near or still >= away or at_end:
-        begin = (rests[:1] + homes)[-1].last
+        begin = homes[-1].last
         return Found(begin, end, _way(seen, home, begin, end))
     for rest in reversed(rests):
         if _seconds(seen, rest) >= SETTLED and _apart(now, pose := _pose(seen, rest)) < near:
             return Found(rest.last, end, _way(seen, pose, rest.last, end))
     return None
+
+
+def _is_home(seen: Seen, rest: _Rest, home: NDArray[np.float64], near: float) -> bool:
+    return _seconds(seen, rest) >= REST and _apart(_pose(seen, rest), home) < near
 
 
 def _rests(seen: Seen, quiet: NDArray[np.bool_]) -> list[_Rest]:
