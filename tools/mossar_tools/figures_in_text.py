@@ -66,7 +66,7 @@ def _characters(pose: Floats, skeleton: Skeleton, size: NDArray[np.intp], *, fin
         for way in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)):
             _draw_line(dots, pose[joint] + way, pose[joint] + way)
     if not fine:
-        stars: list[list[bool]] = dots.reshape(_LINES, 2, _COLUMNS).any(axis=1).tolist()
+        stars = np.asarray(dots.reshape(_LINES, 2, _COLUMNS).any(axis=1))
         return ["".join(_PLAIN if star else " " for star in row) for row in stars]
     cells = dots.reshape(_LINES, _HIGH, _COLUMNS, _WIDE).transpose(0, 2, 1, 3)
     codes = _BRAILLE + (cells * _BITS).sum(axis=(2, 3))

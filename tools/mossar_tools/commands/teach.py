@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 DESCRIPTION = """Show moves that are recognised later. Live: rest, do the move, rest; it says when each example was
 taken, and saves them together. From a recording: the movements in it, a part of it, or what a table names.
 A pose that is held (--pose): rest, take the pose, hold it."""
-LEAST_SECONDS, MOST_SECONDS = 0.5, 60.0  # s of an example of a fixed length
 EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times 2
   mossar teach moves.json take.bvh --name kick --from 3.2 --until 4.6
   mossar teach moves.json take.bvh --labels labels.csv        columns start, end (s), name
@@ -48,6 +47,8 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
   mossar teach moves.json --remove punch
   mossar run osc://0.0.0.0:39539 --moves moves.json --emit move.confirmed
 """
+
+LEAST_SECONDS, MOST_SECONDS = 0.5, 60.0  # s of an example of a fixed length
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -220,8 +221,9 @@ def _check_live(options: Options) -> None:
         if not is_given:
             continue
         if not options.sources:
+            asked = f"{name} {options.seconds:g}" if name == "--seconds" else name
             raise UsageError(
-                f"{name} needs a stream: mossar teach {options.file} osc://0.0.0.0:39539 --name walk {name}"
+                f"{name} needs a stream: mossar teach {options.file} osc://0.0.0.0:39539 --name walk {asked}"
             )
         for other, is_other in parts.items():
             if is_other:
