@@ -1,5 +1,6 @@
 """Text logs of OSC messages (`oscdump -L 9000 > take.osc`), decoded by the profiles that live messages go through."""
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -41,6 +42,7 @@ class Log(msgspec.Struct):
         strange: Lines that are no messages.
         cut: Whether the last line was cut off.
         timed: Whether the messages have times.
+        clocks: What is odd about the senders' clocks.
     """
 
     counters: Counters = msgspec.field(default_factory=Counters)
@@ -49,6 +51,7 @@ class Log(msgspec.Struct):
     strange: int = 0
     cut: bool = False
     timed: bool = False
+    clocks: list[str] = msgspec.field(default_factory=list)
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
@@ -122,7 +125,7 @@ def _poses(path: Path, options: ReadOptions, log: Log) -> Iterator[tuple[Meta, F
 
 
 def _items(path: Path, options: ReadOptions, log: Log) -> Iterator[Meta | Frames | Departure]:
-    batch = Batch()
+    batch = Batch(None, log.counters, log.clocks.append)
     address = Address(str(path), "file", path=str(path))
     routes = Routes("auto", Context(address, options, Senders(), log.counters))
     now = 0.0
@@ -134,7 +137,7 @@ def _items(path: Path, options: ReadOptions, log: Log) -> Iterator[Meta | Frames
         if count % _AT_A_TIME == 0:
             yield from batch.take()
     _collect(batch, routes.idle(now + _SILENCE), log)
-    yield from batch.take()
+    yield from batch.take(math.inf)
 
 
 def _messages(path: Path, log: Log) -> Iterator[Message]:
@@ -204,7 +207,8 @@ def _notes(log: Log, guessed_rate: float | None, unit: str, left_out: int) -> tu
         f"{counters.malformed} messages could not be used, the last: {counters.last_error}": counters.malformed,
         "the file is cut off in its last message": log.cut,
     }
-    return tuple(note for note, apt in said.items() if apt)
+    odd = () if guessed_rate is not None else log.clocks
+    return (*(note for note, apt in said.items() if apt), *odd)
 
 
 def _no_frame(log: Log) -> str:

@@ -1,5 +1,7 @@
 """The decoder of JSON lines: bytes in, in whatever pieces they come, metas and frames out. It never sees a stream."""
 
+import math
+
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters
 from mossar_adapters.maps.codec import from_json
@@ -30,7 +32,7 @@ class LineDecoder:
         self.counters = Counters()
         self.usable = 0  # frames
         self.problem = ""  # what was wrong with the first malformed line
-        self._intake = MapIntake(self.counters, options)
+        self._intake = MapIntake(self.counters, options, piped=True)
         self._rest = b""  # of a line whose end has not come
 
     def receive(self, data: bytes, arrival: float) -> list[Meta | Frames | Departure]:
@@ -49,8 +51,13 @@ class LineDecoder:
         return self._intake.batch.take()
 
     def end(self, arrival: float) -> list[Meta | Frames | Departure]:
-        """Return what the last line says if nothing ended it: there is no more to come."""
-        return self.receive(b"\n", arrival) if self._rest else []
+        """Return what the last line says if nothing ended it, and what is held back: there is no more to come."""
+        found = self.receive(b"\n", arrival) if self._rest else []
+        return [*found, *self._intake.batch.take(math.inf)]
+
+    def idle(self, now: float) -> list[Meta | Frames | Departure]:
+        """Return the frames held back after which nothing came until `now`, s."""
+        return self._intake.batch.take(now)
 
     def _decode(self, line: bytes, arrival: float) -> None:
         if not line or line.isspace():

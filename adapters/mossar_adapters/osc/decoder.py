@@ -8,6 +8,8 @@ Four steps, each in one place:
 4. batching: poses to announced, timed chunks of frames (`receiving.batch`).
 """
 
+import math
+
 from mossar_adapters.address import Address
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters, Listener
@@ -57,7 +59,7 @@ class OscDecoder:
         self.admission = Admission(address, self.counters)
         self._listener = listener
         self._senders = Senders(address.options.get("performer"))
-        self._batch = Batch(options.fps)
+        self._batch = Batch(options.fps, self.counters)
         self._profile = address.choice("profile", NAMES, "auto")
         context = Context(address, options, self._senders, self.counters)
         self._routes = Routes(self._profile, context)
@@ -66,7 +68,7 @@ class OscDecoder:
     @property
     def pending(self) -> bool:
         """Whether a frame is open or held back, so that `idle` should be called soon."""
-        return self._routes.pending()
+        return self._routes.pending() or self._batch.pending
 
     def receive(self, *datagrams: Datagram) -> list[Meta | Frames | Departure]:
         """Return what is complete with these datagrams; frames of one performer that came together make one chunk.
@@ -85,7 +87,11 @@ class OscDecoder:
             now: s, on the clock of the datagrams' arrivals.
         """
         self._collect(self._routes.idle(now))
-        return self._batch.take()
+        return self._batch.take(now)
+
+    def end(self) -> list[Meta | Frames | Departure]:
+        """Return the frames that are held back: there are no more to come."""
+        return self._batch.take(math.inf)
 
     def fitting(self, address: str) -> str:
         """Return which profile an OSC address fits, for people to read; also if another one was chosen."""

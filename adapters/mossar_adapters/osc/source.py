@@ -73,6 +73,7 @@ class OscSource:
                 elif self._socket.now - quiet >= POLL:
                     quiet = self._socket.now
                     yield None
+            yield from self.decoder.end()
         finally:
             self._socket.close()
 

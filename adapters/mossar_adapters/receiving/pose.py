@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from mossar_stream import FrameError, Skeleton
 
-_LATEST = 1e15  # s; beyond that, float64 no longer tells frames apart
+_LATEST = 1e19  # s, or units of a clock that counts nanoseconds since 1970
 
 
 class Pose(msgspec.Struct):
