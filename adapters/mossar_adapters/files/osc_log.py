@@ -76,7 +76,8 @@ def read(path: Path, options: ReadOptions) -> Recording:
     )
     fitting = {key: n for key, n in counts.items() if set(key[1].names) <= set(skeleton.names)}
     clock = options.fps or (None if log.timed else USUAL_FPS)
-    notes = _notes(log, clock if options.fps is None else None, unit, counts.total() - sum(fitting.values()))
+    left_out = counts.total() - sum(fitting.values())
+    notes = _notes(log, clock, unit, left_out, guessed=clock is not None and options.fps is None)
 
     def chunks() -> Iterator[Frames]:
         return _chunks(path, options, skeleton, clock)
@@ -196,19 +197,18 @@ def _collect(batch: Batch, found: Items, log: Log) -> None:
             log.counters.reject(str(error))
 
 
-def _notes(log: Log, guessed_rate: float | None, unit: str, left_out: int) -> tuple[str, ...]:
+def _notes(log: Log, clock: float | None, unit: str, left_out: int, *, guessed: bool) -> tuple[str, ...]:
+    """Return what the user should know; frames are counted at `clock` Hz if that is given."""
     counters = log.counters
     said = {
-        f"rate taken as {guessed_rate} Hz (the log has no times); set --fps to change": guessed_rate
-        is not None,
+        f"rate taken as {clock} Hz (the log has no times); set --fps to change": guessed,
         unit: unit != "m",
         f"{left_out} frames with another skeleton are left out": left_out,
         f"{log.strange} lines are no messages": log.strange,
         f"{counters.malformed} messages could not be used, the last: {counters.last_error}": counters.malformed,
         "the file is cut off in its last message": log.cut,
     }
-    odd = () if guessed_rate is not None else log.clocks
-    return (*(note for note, apt in said.items() if apt), *odd)
+    return (*(note for note, apt in said.items() if apt), *(() if clock else log.clocks))
 
 
 def _no_frame(log: Log) -> str:

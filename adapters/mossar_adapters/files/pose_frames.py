@@ -140,7 +140,7 @@ def poses_of(frame: Any, *, allow_2d: bool) -> tuple[float | None, list[Pose]]:
     time = None
     if isinstance(frame, dict):
         for key, unit in _TIMES.items():
-            if isinstance(frame.get(key), int | float) and abs(frame[key]) < 1e18:
+            if isinstance(frame.get(key), int | float) and abs(frame[key]) < 1e19:
                 time = float(frame[key]) * unit
                 break
     return time, [

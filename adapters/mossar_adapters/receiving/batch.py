@@ -16,7 +16,7 @@ from mossar_adapters.joint_sets import by_count
 from mossar_adapters.live import Counters
 from mossar_adapters.newest import Newest
 from mossar_adapters.receiving.clocks import Clocks
-from mossar_adapters.receiving.pose import Pose, check_time
+from mossar_adapters.receiving.pose import Pose, check_time, differ
 from mossar_adapters.receiving.recent import Recent
 from mossar_adapters.receiving.sender_clocks import SenderClock, Verdict
 from mossar_adapters.receiving.senders import MAX_SENDERS
@@ -220,11 +220,7 @@ def _logged(note: str) -> None:
 
 
 def _differ(one: Pose, other: Pose) -> bool:
-    """Return whether two frames show different poses, by the joints that both have."""
-    if len(one.positions) != len(other.positions):
-        return True
-    both = ~(np.isnan(one.positions) | np.isnan(other.positions))
-    return bool((one.positions != other.positions)[both].any())
+    return differ(one.positions, other.positions)
 
 
 def _sane(poses: list[NDArray[np.float64] | NDArray[np.float32]]) -> NDArray[Any]:

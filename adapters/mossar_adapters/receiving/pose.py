@@ -1,5 +1,7 @@
 """One frame of one performer, as decoders find it and before it is batched."""
 
+from typing import Any
+
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
@@ -41,3 +43,11 @@ def check_time(time: float | None) -> None:
     """
     if time is not None and not abs(time) < _LATEST:
         raise FrameError(f"t = {time} is no time")
+
+
+def differ(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    """Return whether two poses, (J, 3), differ in a joint that both have."""
+    if one.shape != other.shape:
+        return True
+    both = ~(np.isnan(one) | np.isnan(other))
+    return bool((one != other)[both].any())
