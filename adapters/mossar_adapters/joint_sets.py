@@ -201,12 +201,12 @@ def _parent(name: str, known: Sequence[str], best: Skeleton, place: Mapping[str,
 
 def openni_parents(names: Sequence[str]) -> tuple[tuple[int, ...], int]:
     """Return parents and root of joints with the names of OpenNI's sensors; of other names as `with_known_parents` does."""
-    place = {name: i for i, name in enumerate(names)}
+    place = {name.lower(): i for i, name in enumerate(names)}
     if "torso" not in place:
         return with_known_parents(names)
     parents = []
     for name in names:
-        ancestor = _PARENTS.get(name, "")
+        ancestor = _PARENTS.get(name.lower(), "")
         while ancestor and ancestor not in place:
             ancestor = _PARENTS.get(ancestor, "")
         parents.append(place.get(ancestor, -1))
