@@ -14,6 +14,7 @@ from mossar_adapters.address import Address
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters, Listener
 from mossar_adapters.osc.datagrams import Datagram
+from mossar_adapters.osc.hints import Hints
 from mossar_adapters.osc.messages import messages
 from mossar_adapters.osc.profiles.profile import Context, Items, Message
 from mossar_adapters.osc.profiles.routes import NAMES, OPTIONS, Routes
@@ -59,6 +60,7 @@ class OscDecoder:
         self.admission = Admission(address, self.counters)
         self._listener = listener
         self._senders = Senders(address.options.get("performer"))
+        self.hints = Hints()
         self._batch = Batch(options.fps, self.counters)
         self._profile = address.choice("profile", NAMES, "auto")
         context = Context(address, options, self._senders, self.counters)
@@ -135,6 +137,7 @@ class OscDecoder:
             return self._collect(found, message.address)
         if not message.address.startswith(_CONTROL):
             self.counters.ignored += 1
+            self.hints.add(message)
         elif self._listener is not None:
             self._listener.control(message.address, message.arguments)
         return False
