@@ -98,7 +98,10 @@ class Limbs:
     def end_take(self) -> None:
         """End the take of all limbs, as the body's has ended."""
         self.catch_up()
+        shown = self._body.clock
         for row in self.rows:
+            if row.clock["open"] and shown["shown_time"] < row.clock["time"]:
+                row.clock["used_frame"], row.clock["time"] = shown["shown_frame"], shown["shown_time"]
             engine.close_take(row)
             engine.report_end(row, "")
 

@@ -1,4 +1,7 @@
-"""The decoder of JSON lines: bytes in, in whatever pieces they come, metas and frames out. It never sees a stream."""
+"""The decoder of JSON lines: bytes in, in whatever pieces they come, metas and frames out. It never sees a stream.
+
+Lines without a `type` may be poses in the shapes of pose estimators, as in files (`maps.poses`).
+"""
 
 import math
 
@@ -6,6 +9,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters
 from mossar_adapters.maps.codec import from_json
 from mossar_adapters.maps.intake import MapIntake
+from mossar_adapters.maps.poses import PoseDecoder
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.source import Departure, Meta
 from mossar_stream import FrameError, Frames
@@ -33,6 +37,7 @@ class LineDecoder:
         self.usable = 0  # frames
         self.problem = ""  # what was wrong with the first malformed line
         self._intake = MapIntake(self.counters, options, piped=True)
+        self._poses = PoseDecoder(options or ReadOptions())
         self._rest = b""  # of a line whose end has not come
 
     def receive(self, data: bytes, arrival: float) -> list[Meta | Frames | Departure]:
@@ -64,7 +69,13 @@ class LineDecoder:
             return
         self.counters.received += 1
         try:
-            said = self._intake.put(from_json(line), arrival)
+            found = from_json(line)
+            if found is None and (poses := self._poses.receive(line, arrival)):
+                for pose in poses:
+                    self._intake.batch.put(pose)
+                    self.usable += 1
+                return
+            said = self._intake.put(found, arrival)
             if isinstance(said, Meta) and self._intake.batch.fps is None:
                 self._intake.batch.fps = said.fps
             self.usable += isinstance(said, Pose)

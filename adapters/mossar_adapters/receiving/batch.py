@@ -160,10 +160,22 @@ class Batch:
             if self.fps is not None:
                 self._append(line, pose, (line.count - 1) / self.fps)
             else:
+                if line.count == 1:
+                    line.steady = self._steady_of(pose)
                 self._append(line, pose, self._shared(line, pose, line.steady.time(pose.arrival)))
         else:
             line.clock = line.clock or self._clock(line.sender)
             self._append_timed(line, line.clock, line.clock.put(pose, pose.time or 0.0, pose.arrival))
+
+    def _steady_of(self, pose: Pose) -> Steady:
+        """Return the line for the times of a new performer: that of another one of the same sender, else a new one.
+
+        Trackers give new ids to people that they lose: the times of a person go on as if the id were the same.
+        """
+        for other in self._lines.values():
+            if other.count > 1 and other.sender == pose.sender and other.steady.follows(pose.arrival):
+                return other.steady.copy()
+        return Steady()
 
     def _append_timed(self, line: _Line, clock: SenderClock[Pose], timed: list[tuple[Pose, float]]) -> None:
         """Add frames with their times by their sender's clock, or in its place, s."""
