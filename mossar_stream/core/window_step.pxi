@@ -316,7 +316,7 @@ cdef inline void _put_last_segment(Window* w, int64_t settled) noexcept nogil:
     event.id = state.left_id
     event.frame = state.left_frame
     event.time = state.left_time
-    left = w.plan.ends_alone == 1 and state.left_time <= clock.shown_time < clock.time
+    left = w.plan.offline == 0 and state.left_time <= clock.shown_time < clock.time
     event.until_frame = clock.shown_frame if left else clock.used_frame
     event.until_time = clock.shown_time if left else clock.time
     event.end_id = event.until_frame

@@ -98,10 +98,9 @@ class Limbs:
     def end_take(self) -> None:
         """End the take of all limbs, as the body's has ended."""
         self.catch_up()
-        shown = self._body.clock
-        for row in self.rows:
-            if row.clock["open"] and shown["shown_time"] < row.clock["time"]:
-                row.clock["used_frame"], row.clock["time"] = shown["shown_frame"], shown["shown_time"]
+        body = self._body.clock
+        for row in self.rows:  # their last segments end with the last frame in which the body was seen
+            row.clock["shown_frame"], row.clock["shown_time"] = body["shown_frame"], body["shown_time"]
             engine.close_take(row)
             engine.report_end(row, "")
 
