@@ -429,6 +429,7 @@ class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_
         queue_dropped: Frames dropped because a queue was full.
         latency_p50_ms: Median delay from the arrival of a frame to its events, ms; None before the first event.
         latency_p99_ms: 99th percentile of that delay, ms.
+        retimed: Frames of the source with another time than their sender's, because its clock does not run.
     """
 
     v: int = SCHEMA_VERSION
@@ -445,6 +446,7 @@ class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_
     queue_dropped: int
     latency_p50_ms: float | None = None
     latency_p99_ms: float | None = None
+    retimed: int = 0
 
 
 Event = (

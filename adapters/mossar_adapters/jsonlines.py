@@ -66,6 +66,7 @@ class JsonLinesSource:
             try:
                 data = self._parts.get(timeout=_POLL)
             except queue.Empty:
+                yield from self.decoder.idle(time.monotonic() - self._started)
                 yield None
                 continue
             now = time.monotonic() - self._started

@@ -26,6 +26,7 @@ class Counters(msgspec.Struct):
         kernel_drops: Datagrams that the operating system dropped because nobody read them in time.
         ignored: Messages that no profile wanted, or whose sender is not allowed.
         gaps: Frames that the sender numbered but that never came.
+        retimed: Frames with another time than the sender's, because its clock does not run, or not in seconds.
         seen: A few addresses or topics with how often they came, whether used or not.
         last_error: Why the last malformed one could not be used.
     """
@@ -35,6 +36,7 @@ class Counters(msgspec.Struct):
     kernel_drops: int = 0
     ignored: int = 0
     gaps: int = 0
+    retimed: int = 0
     seen: dict[str, int] = msgspec.field(default_factory=dict)
     last_error: str = ""
 

@@ -4,9 +4,11 @@ The inlet finds joints by channel labels as the XDF reader does, since XDF is ho
 Times are LSL's clock of this computer.
 """
 
+import logging
+import math
 import time
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +22,8 @@ from mossar_adapters.files.xdf import channel_headings, unnamed_columns
 from mossar_adapters.joint_sets import printable_names, with_known_parents
 from mossar_adapters.live import Counters
 from mossar_adapters.receiving.batch import FARTHEST
+from mossar_adapters.receiving.pose import differ
+from mossar_adapters.receiving.sender_clocks import SenderClock, Verdict
 from mossar_adapters.source import Meta
 from mossar_stream import (
     MAX_JOINTS,
@@ -45,7 +49,18 @@ _POLL = 0.1  # s
 _SEARCH = 0.5  # s for one look around
 _CHUNK = 512  # samples
 _BUFFER = 60  # s of samples that LSL keeps
+_log = logging.getLogger("mossar.source")
 _FIELDS = ("label", "type", "unit", "marker", "object")
+
+
+class _Sample(NamedTuple):
+    """Positions (J, 3), metres, and confidence (J,) or None of one frame."""
+
+    positions: NDArray[Any]
+    confidence: NDArray[np.float32] | None
+
+
+Timed = Sequence[tuple[_Sample, float]]  # frames with their times, s
 
 
 class LslSource:
@@ -72,6 +87,8 @@ class LslSource:
         self._performer = performer_name(address.options.get("performer", "p1"))
         self._scale: Scale | None = None
         self._count = 0  # frames so far
+        self._clock = SenderClock(Verdict(), _differ, self._note)
+        self._pulled = time.monotonic()  # s, when samples were pulled last
         self._found = ""  # name of the stream
         self._closed = False
 
@@ -92,14 +109,15 @@ class LslSource:
             announced = False
             while not self._closed:
                 samples, times = inlet.pull_chunk(timeout=_POLL, max_samples=_CHUNK)
-                if not times:
-                    yield None
-                    continue
-                frames, note = self._frames(np.array(samples, dtype=np.float64), times, columns, unit)
-                if not announced:
+                if times and not announced:
                     announced = True
-                    yield Meta(self._performer, skeleton, fps, note)
+                    self._measure(np.array(samples, dtype=np.float64), columns, unit)
+                    yield Meta(self._performer, skeleton, fps, (self._scale and self._scale.note) or "m")
+                frames = self._frames(self._timed(samples, times, columns))
                 yield frames
+            last = self._frames(self._clock.settle(math.inf))
+            if last is not None:
+                yield last
         finally:
             inlet.close_stream()
 
@@ -124,28 +142,63 @@ class LslSource:
         self._found = found[0].name()
         return pylsl.StreamInlet(found[0], max_buflen=_BUFFER, processing_flags=pylsl.proc_clocksync)
 
-    def _frames(
-        self, samples: NDArray[np.float64], times: Sequence[float], columns: Columns, unit: str
-    ) -> tuple[Frames, str]:
-        raw = samples[:, [column for xyz in columns.xyz for column in xyz]].reshape(len(samples), -1, 3)
-        if self._scale is None:
-            stated = metres_of(unit)
-            self._scale = (
-                stated_scale(self._options, stated) if stated else guessed_scale(self._options, height(raw))
-            )
-        positions = raw * self._scale.metres
+    def _measure(self, samples: NDArray[np.float64], columns: Columns, unit: str) -> None:
+        """Find the scale of a stream by its first samples."""
+        stated = metres_of(unit)
+        self._scale = (
+            stated_scale(self._options, stated)
+            if stated
+            else guessed_scale(self._options, height(_joints(samples, columns)))
+        )
+
+    def _timed(self, samples: Sequence[Any], times: Sequence[float], columns: Columns) -> Timed:
+        """Return the frames whose times are settled, among them those held back before."""
+        before, self._pulled = self._pulled, time.monotonic()
+        if not times or self._scale is None:
+            return self._clock.settle(self._pulled)
+        self.counters.received += len(times)
+        table = np.array(samples, dtype=np.float64)
+        positions = _joints(table, columns) * self._scale.metres
         with np.errstate(invalid="ignore"):
             positions[~(np.abs(positions) < FARTHEST).all(axis=2)] = np.nan
-        confidence = None
+        found = [_Sample(pose, None) for pose in narrow(positions)]
         if columns.confidence:
-            confidence = np.clip(np.nan_to_num(samples[:, list(columns.confidence)]), 0, 1).astype(np.float32)
-        clock = np.array(times)
+            confidence = np.clip(np.nan_to_num(table[:, list(columns.confidence)]), 0, 1).astype(np.float32)
+            found = [sample._replace(confidence=sure) for sample, sure in zip(found, confidence, strict=True)]
+        count, self._count = self._count, self._count + len(times)
         if self._options.fps is not None:
-            clock = constant_times(len(clock), self._options.fps, self._count)
-        self._count += len(clock)
-        self.counters.received += len(clock)
-        frames = Frames(narrow(positions), clock, confidence, self._performer)
-        return frames, self._scale.note or "m"
+            clock = constant_times(len(times), self._options.fps, count).tolist()
+            return list(zip(found, clock, strict=True))
+        # Samples that are pulled together came one after the other since the last pull.
+        arrivals = np.linspace(before, self._pulled, len(times) + 1)[1:].tolist()
+        timed = [
+            one
+            for sample, sent, arrival in zip(found, times, arrivals, strict=True)
+            for one in self._clock.put(sample, sent, arrival)
+        ]
+        self.counters.retimed += self._clock.changed
+        self._clock.changed = 0
+        return timed
+
+    def _frames(self, timed: Timed) -> Frames | None:
+        if not timed:
+            return None
+        samples, times = zip(*timed, strict=True)
+        confidence = None if samples[0].confidence is None else np.array([s.confidence for s in samples])
+        positions = np.array([sample.positions for sample in samples])
+        return Frames(positions, np.array(times), confidence, self._performer)
+
+    def _note(self, text: str) -> None:
+        _log.warning("%s: %s", self.name, text)
+
+
+def _joints(samples: NDArray[np.float64], columns: Columns) -> NDArray[np.float64]:
+    """Return the positions in samples, (n, J, 3) in the stream's unit."""
+    return samples[:, [column for xyz in columns.xyz for column in xyz]].reshape(len(samples), -1, 3)
+
+
+def _differ(one: _Sample, other: _Sample) -> bool:
+    return differ(one.positions, other.positions)
 
 
 class LslSink:

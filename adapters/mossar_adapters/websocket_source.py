@@ -4,6 +4,7 @@ A message is a frame or meta map, as over ZeroMQ (`maps.frame_maps`). What a pag
 its performers leave.
 """
 
+import math
 import queue
 import time
 from collections.abc import Iterator
@@ -86,6 +87,7 @@ class WebSocketSource:
             try:
                 message = self._inbox.get(timeout=_IDLE)
             except queue.Empty:
+                yield from self._intake.batch.take(time.monotonic() - self._opened)
                 yield None
                 continue
             self._receive(message)
@@ -95,6 +97,7 @@ class WebSocketSource:
                 except queue.Empty:
                     break
             yield from self._intake.batch.take()
+        yield from self._intake.batch.take(math.inf)
 
     def explain(self) -> str:
         """Return one line that says where it listens and what came."""

@@ -14,6 +14,8 @@ cdef struct Clock:
     double time  # s, of the last frame that came in time
     int64_t used_frame  # its number
     double seen_time  # s, of the last processed frame with a joint
+    int64_t shown_frame  # number of the last frame in time with a joint, processed or not
+    double shown_time  # s, of that frame
     double taken_time  # s, of the last processed frame; see `comes_too_soon`
 
 
@@ -63,6 +65,12 @@ cdef inline void note_time(Clock* clock, double time) noexcept nogil:
     """Note a frame that came in time."""
     clock.time = time
     clock.used_frame = clock.next_frame
+
+
+cdef inline void note_shown(Clock* clock) noexcept nogil:
+    """Note that there is a joint in the frame that came in time last."""
+    clock.shown_frame = clock.used_frame
+    clock.shown_time = clock.time
 
 
 cdef inline void count_frame(Clock* clock, Counters* counters) noexcept nogil:

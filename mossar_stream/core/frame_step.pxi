@@ -81,6 +81,8 @@ cdef int64_t advance(
             return ANALYSIS_DUE
         if place != IN_VAIN and comes_too_soon(clock, time, plan.spacing):
             note_time(clock, time)
+            if plan.ends_alone == 1 and not is_empty(frame):
+                note_shown(clock)
             count_frame(clock, &state.counters)
             state.counters.unseen += 1 if state.joints.present == 0 else 0  # as the last that was looked at
             continue
@@ -155,6 +157,7 @@ cdef inline void _take_in(Row* state, Arrays* a, PositionSpan frame, double time
     clock.taken_time = time
     if state.joints.present > 0:
         clock.seen_time = time
+        note_shown(clock)
     count_frame(clock, &state.counters)
     if first:
         start_curve(&state.curve, value, plan.theta * scale, scale, clock.used_frame, time)
@@ -182,6 +185,7 @@ cdef void _open_take(Row* state, Arrays* a, double time) noexcept nogil:
     segment = &a.segment
     clock.open = 1
     clock.seen_time = time
+    clock.shown_frame, clock.shown_time = clock.next_frame, time
     start_velocity(&state.velocity, &state.average)
     start_noise(&state.noise.recent)
     start_history(&state.history)

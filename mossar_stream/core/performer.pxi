@@ -451,11 +451,13 @@ cdef class Performer:
         self.set_up(self.channels, self.joints, readers, phase)
 
     def end_limbs(self):
-        """End the takes of limbs."""
-        cdef int64_t i
+        """End the takes of limbs; their last segments end with the last frame in which the body was seen."""
+        cdef Row* body = self.body().row
+        cdef Channel limb
         self.catch_up()
-        for i in range(1, len(self.channels)):
-            self.close(self.channels[i])
+        for limb in self.channels[1:]:
+            limb.row.clock.shown_frame, limb.row.clock.shown_time = body.clock.shown_frame, body.clock.shown_time
+            self.close(limb)
 
     def end_readers(self):
         """Let readers end a take that goes on."""

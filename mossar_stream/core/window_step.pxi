@@ -299,8 +299,12 @@ cdef inline void _decide_all(Window* w, OpenSegment* segment) noexcept nogil:
 
 
 cdef inline void _put_last_segment(Window* w, int64_t settled) noexcept nogil:
-    """Put the final message about the segment from the last final key frame to the end into the event buffer."""
+    """Put the final message about the segment from the last final key frame to the end into the event buffer.
+
+    The take ends with the last frame in which a joint was seen.
+    """
     cdef int64_t d, places
+    cdef bint left
     cdef Event* event
     cdef (int64_t, int64_t, int64_t) bounds
     cdef WindowState* state
@@ -317,11 +321,12 @@ cdef inline void _put_last_segment(Window* w, int64_t settled) noexcept nogil:
     event.id = state.left_id
     event.frame = state.left_frame
     event.time = state.left_time
-    event.end_id = clock.used_frame
-    event.until_frame = clock.used_frame
-    event.until_time = clock.time
+    left = w.plan.offline == 0 and state.left_time <= clock.shown_time < clock.time
+    event.until_frame = clock.shown_frame if left else clock.used_frame
+    event.until_time = clock.shown_time if left else clock.time
+    event.end_id = event.until_frame
     event.rev = 1
-    if w.plan.offline == 0 and state.ordinal > 0 and w.keys.at[0].frame == clock.used_frame:
+    if w.plan.offline == 0 and state.ordinal > 0 and w.keys.at[0].frame == event.until_frame:
         # A key frame in the last frame, merged: there were messages about a segment of the same name.
         places = w.plan.capacity + 2
         event.rev += w.counts.at[places * w.counts.columns + (state.ordinal - 1) % places]

@@ -155,6 +155,7 @@ class Result:
         repetitions: Repetitions of movements, with the setting `repetitions`; a list with `to_dataframe`.
         limbs: What was found in each limb, with the setting `limbs`.
         steps: When feet left the ground and came down, with the setting `steps`.
+        takes: First and last frame of each take; one for the whole recording unless it was divided.
     """
 
     def __init__(
@@ -168,6 +169,7 @@ class Result:
         self.followed = notebook.Table[FollowEvent]([], FollowEvent)
         self.poses = notebook.Table[PoseEvent]([], PoseEvent)
         self.limbs = limbs
+        self.takes: list[tuple[int, int]] = []
         self._by_joint = limbs_by_joint(groups_of(row.plan.skeleton, row.plan.user_settings.limbs))
         self._row = row
         keys = region(row.memory, "keys")[: int(row.state["window"]["undecided"])]
@@ -261,6 +263,46 @@ class Result:
         return Segment(**same, limb=limb)
 
 
+class TakesResult(Result):
+    """What `segment_recording` found in the takes of a recording, one after the other.
+
+    Args:
+        parts: Of each take, in order of time; at least one.
+    """
+
+    def __init__(self, parts: Sequence[Result]) -> None:
+        self.settings, self._parts = parts[0].settings, parts
+        self.curves = [state for part in parts for state in part.curves]
+        self.moves = notebook.Table((e for part in parts for e in part.moves), MoveEvent)
+        self.repetitions = notebook.Table((e for part in parts for e in part.repetitions), RepetitionEvent)
+        self.steps = notebook.Table((e for part in parts for e in part.steps), StepEvent)
+        self.followed = notebook.Table((e for part in parts for e in part.followed), FollowEvent)
+        self.poses = notebook.Table((e for part in parts for e in part.poses), PoseEvent)
+        self.limbs = {name: TakesResult([part.limbs[name] for part in parts]) for name in parts[0].limbs}
+        self.takes = [bounds for part in parts for bounds in part.takes]
+        self.key_frames = [key_frame for part in parts for key_frame in part.key_frames]
+        weakest_first = (key_frame for part in parts for key_frame in part.hierarchy)
+        self.hierarchy = sorted(weakest_first, key=lambda key_frame: key_frame.strength)
+
+    def at(self, level: LevelName | float | None = None, *, count: int | None = None) -> Segmentation:
+        """Return the segmentation of all takes at a level, or with a number of key frames; see `Result.at`."""
+        if (level is None) == (count is None):
+            raise ValueError("at() takes a level or a count")
+        if level is None:
+            kept = {id(one) for one in self.hierarchy[max(0, len(self.hierarchy) - max(0, count or 0)) :]}
+            counts = [sum(id(one) in kept for one in part.key_frames) for part in self._parts]
+            if count is not None and count < 0:
+                raise ValueError(f"count must not be negative, not {count}")
+            found = [part.at(count=own) for part, own in zip(self._parts, counts, strict=True)]
+        else:
+            found = [part.at(level) for part in self._parts]
+        key_frames = [one for part in found for one in part.key_frames]
+        most = self.settings.max_key_frames
+        if level is not None and most is not None and len(key_frames) > most:
+            return self.at(count=most)
+        return Segmentation(key_frames, [segment for part in found for segment in part.segments])
+
+
 def segment_recording(
     positions: ArrayLike | Recorded | Opened,
     fps: float | None = None,
@@ -271,11 +313,12 @@ def segment_recording(
     curves: bool = False,
     moves: Moves | None = None,
     follow: Iterable[str] | bool = (),
+    takes: bool = False,
 ) -> Result:
     """Segment a whole recording: equation 1, Algorithms 1, 2 and 3 of Paliyawan, Choensawat and Thawonmas (2018).
 
     Key frames are numbered by their row in `positions`. A recording is one take: gaps and steps back in time do
-    not end it; frames out of order are dropped.
+    not end it; frames out of order are dropped. With `takes` it is divided into takes as a stream would be.
 
     Args:
         positions: (n, J, 3) metres, NaN where a joint is missing; or a whole recording, as `read` returns, which brings
@@ -287,6 +330,8 @@ def segment_recording(
         curves: Whether to keep the velocity curve.
         moves: That are recognised.
         follow: Names of the moves that are followed, or True for all.
+        takes: Whether a take ends where no joint is seen, or no frame comes, for longer than `max_pause`, and covers only
+            the time in which joints are seen.
 
     Returns:
         The key frames and their hierarchy.
@@ -315,8 +360,46 @@ def segment_recording(
     any(has_said_size("the performer", frame[np.newaxis], 4) for frame in frames)
     chosen = settings_or_default(settings)
     followed = checked_follow(follow, moves)
-    readers = _readers_of(skeleton, chosen, moves, followed)
-    return _segmented(frames, moments, skeleton, chosen, fps, readers, curves=curves)
+    spans = takes_of(frames, moments, chosen.max_pause) if takes else []
+    if len(spans) > 1 and chosen.range == "file":  # that of all takes
+        narrow, _ = placed(frames, skeleton.root if chosen.center == "root" else -1)
+        chosen = _whole_range(narrow, moments, skeleton, chosen, fps)
+    found = []
+    for take, (begin, end) in enumerate(spans or [(0, len(frames))]):
+        readers = _readers_of(skeleton, chosen, moves, followed)
+        part = frames[begin:end], moments[begin:end]
+        found.append(_segmented(*part, skeleton, chosen, fps, readers, curves=curves, first=(take, begin)))
+        found[-1].takes = [(begin, end - 1)] if end > begin else []
+    return found[0] if len(found) == 1 else TakesResult(found)
+
+
+def takes_of(positions: NDArray[Any], times: NDArray[np.float64], max_pause: float) -> list[tuple[int, int]]:
+    """Return the takes into which a stream would divide a recording: first frame, and the one after the last.
+
+    Args:
+        positions: (n, J, 3).
+        times: (n,) s.
+        max_pause: s.
+    """
+    seen = np.isfinite(positions).all(axis=2).any(axis=1)
+    takes = list[tuple[int, int]]()
+    begin, last, seen_at, seen_time = -1, 0.0, -1, 0.0  # frame, s, frame, s
+    for i, (time, is_seen) in enumerate(zip(times.tolist(), seen.tolist(), strict=True)):
+        if not math.isfinite(time):
+            continue
+        if begin >= 0:
+            step = time - last
+            if abs(step) > max_pause or (step > 0 and not is_seen and time - seen_time > max_pause):
+                takes.append((begin, seen_at + 1))
+                begin = -1
+            elif step <= 0:
+                continue
+        if begin < 0 and is_seen:
+            begin = i
+        last = time
+        if is_seen:
+            seen_at, seen_time = i, time
+    return [*takes, (begin, seen_at + 1)] if begin >= 0 else takes
 
 
 def _with_up(settings: Settings, own: Recorded) -> Settings:
@@ -335,14 +418,19 @@ def _segmented(
     curves: bool,
     channel: str = BODY,
     analyses: Analyses = (),
+    first: tuple[int, int] = (0, 0),
 ) -> Result:
-    """Segment a recording whose arrays fit each other: of the body, or of a limb, with what was counted of the body."""
+    """Segment a recording whose arrays fit each other: of the body, or of a limb, with what was counted of the body.
+
+    `first` are the number of the take, and of its first frame.
+    """
     chosen = settings
     frames, origin = placed(frames, skeleton.root if chosen.center == "root" else -1)
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments, channel)
     row.settle(origin, True)
+    row.clock["take"], row.clock["next_frame"] = first
     row.analyses = [] if chosen.limbs else None
     groups = groups_of(skeleton, chosen.limbs)
     hang = any(limb.joints[0] == MEAN for limb in groups)
@@ -361,6 +449,7 @@ def _segmented(
             curves=curves,
             channel=limb.name,
             analyses=row.analyses or (),
+            first=first,
         )
     row.analyses = None
     found = [event for event in events if isinstance(event, MoveEvent) and event.status == "final"]

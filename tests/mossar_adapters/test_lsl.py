@@ -44,6 +44,26 @@ def test_labelled_channels_become_joints_in_metres_with_lsls_times(hear):
     assert "reading the LSL stream 'mossar-test-in'; 50 samples" in source.explain()
 
 
+def test_samples_of_a_clock_in_whole_seconds_are_timed_by_arrival(hear, caplog):
+    stream = outlet("mossar-test-coarse", ["hips_x", "hips_y", "hips_z"], "m")
+    source = LslSource(parse_url("lsl:?name=mossar-test-coarse"), ReadOptions())
+
+    def send():
+        assert stream.wait_for_consumers(15)
+        time.sleep(0.3)
+        for k in range(80):
+            stream.push_sample([0, 1 + k / 100, 0], float(int(pylsl.local_clock())))
+            time.sleep(0.01)
+
+    heard = hear(source, send, quiet=5)
+    times = heard.times()
+    assert heard.positions()[:, 0, 1] == pytest.approx([1 + k / 100 for k in range(80)])
+    assert np.diff(times).min() > 0
+    assert 0.5 < times[-1] - times[0] < 5.0
+    assert source.counters.retimed >= 75
+    assert "frames get the times of their arrival" in caplog.text
+
+
 def test_a_stream_that_is_not_there_is_looked_for_and_named():
     source = LslSource(parse_url("lsl:?name=nobody-sends-this"))
     items = source.items()

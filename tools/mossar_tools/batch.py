@@ -100,7 +100,6 @@ def segment_whole(
     settings = options.settings(range="file")
     moves, follow = moves_to_follow(options.moves, options.follow)
     loaded = load_recording(options, on_progress)
-    _warn_of_dropped_frames(loaded)
     if settings.steps and settings.up == "auto":
         settings = settings.replace(up=loaded.up)
     result = segment_recording(
@@ -112,7 +111,14 @@ def segment_whole(
         curves=curves,
         moves=moves,
         follow=follow,
+        takes=True,
     )
+    _warn_of_dropped_frames(loaded, result.takes)
+    if is_divided(loaded, result):
+        spans = ", ".join(
+            f"{one['start_time']:.2f}-{one['end_time']:.2f} s" for one in takes_table(loaded, result)
+        )
+        LOGGER.info("%s: a performer is seen in %s", loaded.name, spans)
     if settings.limbs and not result.limbs:
         LOGGER.warning("%s: there are no limbs, as %s", loaded.name, WITHOUT_LIMBS)
     elif settings.limbs is True and limbs_are_guessed(loaded.skeleton):
@@ -120,10 +126,30 @@ def segment_whole(
     return loaded, result, chosen_of(result, options.keep)
 
 
-def _warn_of_dropped_frames(loaded: LoadedRecording) -> None:
+def is_divided(loaded: LoadedRecording, result: Result) -> bool:
+    """Return whether a recording has several takes, or one that does not cover it all."""
+    return bool(result.takes) and result.takes != [(0, len(loaded.times) - 1)]
+
+
+def takes_table(loaded: LoadedRecording, result: Result) -> list[dict[str, float]]:
+    """Return the first and last frame of each take, and their times, s."""
+    return [
+        {
+            "start_frame": begin,
+            "end_frame": end,
+            "start_time": float(loaded.times[begin]),
+            "end_time": float(loaded.times[end]),
+        }
+        for begin, end in result.takes
+    ]
+
+
+def _warn_of_dropped_frames(loaded: LoadedRecording, takes: Sequence[tuple[int, int]]) -> None:
     """Warn of a recording without any joint, or with frames that are dropped."""
-    times = loaded.times
-    late = int(np.count_nonzero(times[1:] <= np.fmax.accumulate(times)[:-1])) if len(times) else 0
+    times, late = loaded.times, 0
+    for begin, end in takes:
+        part = times[begin : end + 1]
+        late += int(np.count_nonzero(part[1:] <= np.fmax.accumulate(part)[:-1]))
     if late:
         LOGGER.warning(
             "%s: %d of %d frames come out of order and are left out", loaded.name, late, len(times)
@@ -145,6 +171,8 @@ def report_of(
         "key_frames": result.key_frames,
         "segments": chosen.segments,
     }
+    if is_divided(loaded, result):
+        report["takes"] = takes_table(loaded, result)
     if options.moves is not None:
         report["moves"] = result.moves
         report["poses"] = result.poses

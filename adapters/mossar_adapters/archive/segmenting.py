@@ -134,7 +134,14 @@ def _segmented(
     positions = np.concatenate([confident(frames) for frames in chunks])
     moves, follow = shown
     result = segment_recording(
-        positions, recording.fps, recording.skeleton, settings, times=times, moves=moves, follow=follow
+        positions,
+        recording.fps,
+        recording.skeleton,
+        settings,
+        times=times,
+        moves=moves,
+        follow=follow,
+        takes=True,
     )
     repetitions = [*result.repetitions, *(one for limb in result.limbs.values() for one in limb.repetitions)]
     return Segmented(

@@ -2,6 +2,7 @@
 
 A line is a time, an address, type tags and the arguments: `ee86d8c4.1eb851e1 /joint sifff "head" 1 0.5 1.2 2.0`.
 The time is an NTP time tag in hexadecimal, seconds and their 2^-32 parts; programs older than 2018 leave it out.
+Addresses without the slash, as NI mate sends them, count in lines with a time.
 Text stands in quotes and nothing in it is escaped. Blobs of more than 12 bytes are printed as their size only.
 """
 
@@ -10,7 +11,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 _LINE = re.compile(
-    r"(?:([0-9a-f]{8})\.([0-9a-f]{8})\s+)?(/\S*)(?:\s+([a-zA-Z]+)(?:\s+(.*))?)?\s*", re.IGNORECASE
+    r"(?:([0-9a-f]{8})\.([0-9a-f]{8})\s+)?(/\S*|(?<=\s)[a-z][\w.-]*)(?:\s+([a-zA-Z]+)(?:\s+(.*))?)?\s*",
+    re.IGNORECASE,
 )
 _WORD = re.compile(r"(\S+)(?:\s+|$)")
 _FIXED = {"T": True, "F": False, "N": None, "I": float("inf")}

@@ -1,5 +1,6 @@
 """Text logs of OSC messages (`oscdump -L 9000 > take.osc`), decoded by the profiles that live messages go through."""
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -41,6 +42,7 @@ class Log(msgspec.Struct):
         strange: Lines that are no messages.
         cut: Whether the last line was cut off.
         timed: Whether the messages have times.
+        clocks: What is odd about the senders' clocks.
     """
 
     counters: Counters = msgspec.field(default_factory=Counters)
@@ -49,6 +51,7 @@ class Log(msgspec.Struct):
     strange: int = 0
     cut: bool = False
     timed: bool = False
+    clocks: list[str] = msgspec.field(default_factory=list)
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
@@ -73,7 +76,8 @@ def read(path: Path, options: ReadOptions) -> Recording:
     )
     fitting = {key: n for key, n in counts.items() if set(key[1].names) <= set(skeleton.names)}
     clock = options.fps or (None if log.timed else USUAL_FPS)
-    notes = _notes(log, clock if options.fps is None else None, unit, counts.total() - sum(fitting.values()))
+    left_out = counts.total() - sum(fitting.values())
+    notes = _notes(log, clock, unit, left_out, guessed=clock is not None and options.fps is None)
 
     def chunks() -> Iterator[Frames]:
         return _chunks(path, options, skeleton, clock)
@@ -122,7 +126,7 @@ def _poses(path: Path, options: ReadOptions, log: Log) -> Iterator[tuple[Meta, F
 
 
 def _items(path: Path, options: ReadOptions, log: Log) -> Iterator[Meta | Frames | Departure]:
-    batch = Batch()
+    batch = Batch(None, log.counters, log.clocks.append)
     address = Address(str(path), "file", path=str(path))
     routes = Routes("auto", Context(address, options, Senders(), log.counters))
     now = 0.0
@@ -134,7 +138,7 @@ def _items(path: Path, options: ReadOptions, log: Log) -> Iterator[Meta | Frames
         if count % _AT_A_TIME == 0:
             yield from batch.take()
     _collect(batch, routes.idle(now + _SILENCE), log)
-    yield from batch.take()
+    yield from batch.take(math.inf)
 
 
 def _messages(path: Path, log: Log) -> Iterator[Message]:
@@ -193,18 +197,18 @@ def _collect(batch: Batch, found: Items, log: Log) -> None:
             log.counters.reject(str(error))
 
 
-def _notes(log: Log, guessed_rate: float | None, unit: str, left_out: int) -> tuple[str, ...]:
+def _notes(log: Log, clock: float | None, unit: str, left_out: int, *, guessed: bool) -> tuple[str, ...]:
+    """Return what the user should know; frames are counted at `clock` Hz if that is given."""
     counters = log.counters
     said = {
-        f"rate taken as {guessed_rate} Hz (the log has no times); set --fps to change": guessed_rate
-        is not None,
+        f"rate taken as {clock} Hz (the log has no times); set --fps to change": guessed,
         unit: unit != "m",
         f"{left_out} frames with another skeleton are left out": left_out,
         f"{log.strange} lines are no messages": log.strange,
         f"{counters.malformed} messages could not be used, the last: {counters.last_error}": counters.malformed,
         "the file is cut off in its last message": log.cut,
     }
-    return tuple(note for note, apt in said.items() if apt)
+    return (*(note for note, apt in said.items() if apt), *(() if clock else log.clocks))
 
 
 def _no_frame(log: Log) -> str:

@@ -131,6 +131,12 @@ def _image(frame: Any) -> Any:
     return frame["image_id"] if isinstance(frame, dict) and "image_id" in frame else object()
 
 
+def may_hold_poses(frame: dict[str, Any]) -> bool:
+    """Return whether an object has a key under which poses stand, so that it is worth saying what is wrong with them."""
+    keys = (*_METRIC, *_PEOPLE, *_IMAGE, *_FLAT_2D, "people", "pose_keypoints_3d", "pose_keypoints_2d")
+    return any(key in frame for key in keys) or sum(map(_is_point, frame.values())) >= _FEWEST
+
+
 def poses_of(frame: Any, *, allow_2d: bool) -> tuple[float | None, list[Pose]]:
     """Return the time of a frame, None if it has none, and its poses, an empty list if there is no person in it.
 
@@ -140,7 +146,7 @@ def poses_of(frame: Any, *, allow_2d: bool) -> tuple[float | None, list[Pose]]:
     time = None
     if isinstance(frame, dict):
         for key, unit in _TIMES.items():
-            if isinstance(frame.get(key), int | float) and abs(frame[key]) < 1e18:
+            if isinstance(frame.get(key), int | float) and abs(frame[key]) < 1e19:
                 time = float(frame[key]) * unit
                 break
     return time, [

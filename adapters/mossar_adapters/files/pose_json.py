@@ -23,6 +23,7 @@ from mossar_adapters.files.pose_frames import PLAIN_TIMES, Pose, PoseError, by_i
 from mossar_adapters.files.pose_lines import PoseLines, has_frame_per_line
 from mossar_adapters.files.rates import USUAL_FPS, assumed_rate, rate_of_times
 from mossar_adapters.files.rows import CHUNK
+from mossar_adapters.files.running_times import counted_rate, note_of
 from mossar_adapters.files.text import HEAD_SIZE, encoding_of
 from mossar_adapters.files.units import fitted_scale, stated_scale
 from mossar_adapters.joint_sets import with_known_parents
@@ -123,14 +124,37 @@ def _clock(
     count = len(found.times)
     stated = options.fps or found.fps
     times = np.array([np.nan if t is None else t for t in found.times])
-    if options.fps is None and np.isfinite(times).all() and (np.diff(times) > 0).all() and count > 1:
+    whole = count > 1 and bool(np.isfinite(times).all())
+    if options.fps is None and whole and (np.diff(times) > 0).all():
         unit, name = unit_of_steps(times) if found.plain else (1.0, "s")
         notes = () if name == "s" else (f"times taken as {name}",)
         return times * unit, found.fps or rate_of_times(times * unit), notes
     if stated is not None and plausible_rate(stated):
         return np.arange(count) / stated, stated, ()
-    note = assumed_rate("the file states neither rate nor times")
+    if whole and (rate := _counted_rate(found, times)) is not None:
+        return times[0] + np.arange(count) / rate, rate, (note_of(rate),)
+    note = assumed_rate(_why_no_times(times))
     return np.arange(count) / USUAL_FPS, USUAL_FPS, (note,)
+
+
+def _counted_rate(found: PoseFile, times: np.ndarray[Any, Any]) -> float | None:
+    """Return the rate at which to count frames whose times stand still or step coarsely, Hz; else None."""
+    first = min(found.poses)
+    nothing = np.full((1, 3), np.nan)
+    poses = [
+        found.poses[first][i].positions if i in found.poses[first] else nothing for i in range(len(times))
+    ]
+    return counted_rate(times, poses, None)
+
+
+def _why_no_times(times: np.ndarray[Any, Any]) -> str:
+    """Return why the times of frames are not used."""
+    missing = int(np.isnan(times).sum())
+    if missing == len(times):
+        return "the file states neither rate nor times"
+    if missing:
+        return f"{missing} of {len(times)} frames have no time"
+    return "the times do not increase from frame to frame"
 
 
 def _file(path: Path, options: ReadOptions) -> PoseFile:

@@ -32,6 +32,7 @@ _USUAL = (
     500,
     1000,
 )
+NEARLY_USUAL = 0.03  # share by which a rate measured on a coarse clock may depart from the one that is meant
 NEARLY_WHOLE = 5e-4  # a rate nearer than this to a whole one is meant to be that; 23.976 is not 24
 
 
@@ -85,6 +86,17 @@ def rate_of_times(times: NDArray[np.float64]) -> float | None:
     return fps if plausible_rate(fps) else None
 
 
+def nearly_usual(fps: float) -> float:
+    """Return the usual rate that a measured one is near, Hz; else the measured one.
+
+    Example:
+        >>> nearly_usual(29.6), nearly_usual(41.0)
+        (30.0, 41.0)
+    """
+    usual = min(_USUAL, key=lambda rate: abs(rate - fps))
+    return float(usual) if abs(usual - fps) <= NEARLY_USUAL * usual else fps
+
+
 def assumed_rate(why: str, fps: float = USUAL_FPS) -> str:
     """Return the note about a rate that a file does not state."""
-    return f"rate taken as {fps:.0f} Hz ({why}); set --fps to change"
+    return f"rate taken as {fps:.4g} Hz ({why}); set --fps to change"

@@ -19,6 +19,7 @@ from mossar_adapters.files.body import checked
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.kinematics import JointMotion
 from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.files.running_times import with_running_times
 from mossar_adapters.files.selection import selected
 from mossar_adapters.files.text import HEAD_SIZE
 from mossar_adapters.joint_sets import printable_names
@@ -41,6 +42,8 @@ class Format(msgspec.Struct, frozen=True):
         folder: Whether it reads folders too.
         motion: Whether the module also has `read_motion(path, options) -> JointMotion`.
         decisive: Whether what the sniffer knows is enough, whatever the extension.
+        timed: Whether a file has a time for each frame, by a clock that may not have run.
+        plain: Whether those times may be in another unit than seconds, without a word about it.
     """
 
     name: str
@@ -53,6 +56,8 @@ class Format(msgspec.Struct, frozen=True):
     folder: bool = False
     motion: bool = False
     decisive: bool = False
+    timed: bool = False
+    plain: bool = False
 
     def available(self) -> bool:
         """Return whether what it needs is installed."""
@@ -76,8 +81,18 @@ FORMATS: tuple[Format, ...] = (
     Format(
         "AMC", (".amc",), sniff.text(sniff.amc), f"{_HERE}.amc", "rotations for an .asf skeleton", motion=True
     ),
-    Format("npz", (".npz",), sniff.magic(b"PK"), f"{_HERE}.npz", "numpy archive of positions"),
-    Format("TRC", (".trc",), sniff.text(sniff.trc), f"{_HERE}.trc", "markers in text", decisive=True),
+    Format(
+        "npz",
+        (".npz",),
+        sniff.magic(b"PK"),
+        f"{_HERE}.npz",
+        "numpy archive of positions",
+        timed=True,
+        plain=True,
+    ),
+    Format(
+        "TRC", (".trc",), sniff.text(sniff.trc), f"{_HERE}.trc", "markers in text", decisive=True, timed=True
+    ),
     Format(
         "Motive CSV",
         (".csv",),
@@ -85,11 +100,27 @@ FORMATS: tuple[Format, ...] = (
         f"{_HERE}.motive",
         "OptiTrack skeletons or markers",
         decisive=True,
+        timed=True,
     ),
-    Format("QTM", (".tsv", ".txt"), sniff.text(sniff.qtm), f"{_HERE}.qtm", "Qualisys markers", decisive=True),
-    Format("MSRC-12", (".csv", ".txt"), sniff.text(sniff.msrc12), f"{_HERE}.msrc12", "Kinect gestures"),
+    Format(
+        "QTM",
+        (".tsv", ".txt"),
+        sniff.text(sniff.qtm),
+        f"{_HERE}.qtm",
+        "Qualisys markers",
+        decisive=True,
+        timed=True,
+    ),
+    Format(
+        "MSRC-12",
+        (".csv", ".txt"),
+        sniff.text(sniff.msrc12),
+        f"{_HERE}.msrc12",
+        "Kinect gestures",
+        timed=True,
+    ),
     Format("NTU", (".skeleton",), sniff.text(sniff.ntu), f"{_HERE}.ntu", "NTU RGB+D Kinect bodies"),
-    Format("msk", (".msk",), sniff.msk, f"{_HERE}.msk", "our own recordings", decisive=True),
+    Format("msk", (".msk",), sniff.msk, f"{_HERE}.msk", "our own recordings", decisive=True, timed=True),
     Format(
         "XDF",
         (".xdf",),
@@ -99,6 +130,7 @@ FORMATS: tuple[Format, ...] = (
         extra="files",
         library="pyxdf",
         decisive=True,
+        timed=True,
     ),
     Format("C3D", (".c3d",), sniff.c3d, f"{_HERE}.c3d", "markers of optical systems"),
     Format(
@@ -107,6 +139,8 @@ FORMATS: tuple[Format, ...] = (
         sniff.text(sniff.json_lines),
         f"{_HERE}.jsonl",
         "frames as JSON",
+        timed=True,
+        plain=True,
     ),
     Format(
         "pose JSON",
@@ -138,6 +172,7 @@ FORMATS: tuple[Format, ...] = (
         sniff.text(sniff.any_text),
         f"{_HERE}.table",
         "table of joint positions",
+        timed=True,
     ),
 )
 
@@ -160,9 +195,12 @@ def open_recording(
     """
     options = options or ReadOptions()
     path = Path(path)
-    read: Callable[[Path, ReadOptions], Recording] = _reader(format_of(path, formats), path, "read")
+    form = format_of(path, formats)
+    read: Callable[[Path, ReadOptions], Recording] = _reader(form, path, "read")
     with _clear_errors(path):
         recording = selected(checked(read(path, options), options), options)
+        if form.timed:
+            recording = with_running_times(recording, options, plain=form.plain)
 
     def chunks() -> Iterator[Frames]:
         with _clear_errors(path):

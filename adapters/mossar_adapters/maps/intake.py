@@ -16,14 +16,20 @@ class MapIntake:
         counters: Where maps of other types and gaps are counted.
         options: The user's fps and unit.
         performer: What the user calls the performer, or None.
+        piped: Whether arrivals may say nothing, as those of a file that is read through a pipe.
     """
 
     def __init__(
-        self, counters: Counters, options: ReadOptions | None = None, performer: str | None = None
+        self,
+        counters: Counters,
+        options: ReadOptions | None = None,
+        performer: str | None = None,
+        *,
+        piped: bool = False,
     ) -> None:
         options = options or ReadOptions()
         self.counters = counters
-        self.batch = Batch(options.fps)
+        self.batch = Batch(options.fps, counters, piped=piped)
         self.frames = 0  # frame maps that came, usable or not
         self._maps = MapDecoder(counters, options, performer)
 

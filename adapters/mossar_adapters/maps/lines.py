@@ -1,9 +1,15 @@
-"""The decoder of JSON lines: bytes in, in whatever pieces they come, metas and frames out. It never sees a stream."""
+"""The decoder of JSON lines: bytes in, in whatever pieces they come, metas and frames out. It never sees a stream.
+
+Lines without a `type` may be poses in the shapes of pose estimators, as in files (`maps.poses`).
+"""
+
+import math
 
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters
 from mossar_adapters.maps.codec import from_json
 from mossar_adapters.maps.intake import MapIntake
+from mossar_adapters.maps.poses import PoseDecoder
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.source import Departure, Meta
 from mossar_stream import FrameError, Frames
@@ -30,7 +36,8 @@ class LineDecoder:
         self.counters = Counters()
         self.usable = 0  # frames
         self.problem = ""  # what was wrong with the first malformed line
-        self._intake = MapIntake(self.counters, options)
+        self._intake = MapIntake(self.counters, options, piped=True)
+        self._poses = PoseDecoder(options or ReadOptions())
         self._rest = b""  # of a line whose end has not come
 
     def receive(self, data: bytes, arrival: float) -> list[Meta | Frames | Departure]:
@@ -49,15 +56,26 @@ class LineDecoder:
         return self._intake.batch.take()
 
     def end(self, arrival: float) -> list[Meta | Frames | Departure]:
-        """Return what the last line says if nothing ended it: there is no more to come."""
-        return self.receive(b"\n", arrival) if self._rest else []
+        """Return what the last line says if nothing ended it, and what is held back: there is no more to come."""
+        found = self.receive(b"\n", arrival) if self._rest else []
+        return [*found, *self._intake.batch.take(math.inf)]
+
+    def idle(self, now: float) -> list[Meta | Frames | Departure]:
+        """Return the frames held back after which nothing came until `now`, s."""
+        return self._intake.batch.take(now)
 
     def _decode(self, line: bytes, arrival: float) -> None:
         if not line or line.isspace():
             return
         self.counters.received += 1
         try:
-            said = self._intake.put(from_json(line), arrival)
+            found = from_json(line)
+            if found is None and (poses := self._poses.receive(line, arrival)):
+                for pose in poses:
+                    self._intake.batch.put(pose)
+                    self.usable += 1
+                return
+            said = self._intake.put(found, arrival)
             if isinstance(said, Meta) and self._intake.batch.fps is None:
                 self._intake.batch.fps = said.fps
             self.usable += isinstance(said, Pose)

@@ -8,10 +8,13 @@ Four steps, each in one place:
 4. batching: poses to announced, timed chunks of frames (`receiving.batch`).
 """
 
+import math
+
 from mossar_adapters.address import Address
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters, Listener
 from mossar_adapters.osc.datagrams import Datagram
+from mossar_adapters.osc.hints import Hints
 from mossar_adapters.osc.messages import messages
 from mossar_adapters.osc.profiles.profile import Context, Items, Message
 from mossar_adapters.osc.profiles.routes import NAMES, OPTIONS, Routes
@@ -57,7 +60,8 @@ class OscDecoder:
         self.admission = Admission(address, self.counters)
         self._listener = listener
         self._senders = Senders(address.options.get("performer"))
-        self._batch = Batch(options.fps)
+        self.hints = Hints()
+        self._batch = Batch(options.fps, self.counters)
         self._profile = address.choice("profile", NAMES, "auto")
         context = Context(address, options, self._senders, self.counters)
         self._routes = Routes(self._profile, context)
@@ -66,7 +70,7 @@ class OscDecoder:
     @property
     def pending(self) -> bool:
         """Whether a frame is open or held back, so that `idle` should be called soon."""
-        return self._routes.pending()
+        return self._routes.pending() or self._batch.pending
 
     def receive(self, *datagrams: Datagram) -> list[Meta | Frames | Departure]:
         """Return what is complete with these datagrams; frames of one performer that came together make one chunk.
@@ -85,7 +89,11 @@ class OscDecoder:
             now: s, on the clock of the datagrams' arrivals.
         """
         self._collect(self._routes.idle(now))
-        return self._batch.take()
+        return self._batch.take(now)
+
+    def end(self) -> list[Meta | Frames | Departure]:
+        """Return the frames that are held back: there are no more to come."""
+        return self._batch.take(math.inf)
 
     def came(self, performer: str) -> float | None:
         """Return when the latest frame of a performer arrived, s on the clock of the datagrams; None if there is none."""
@@ -133,6 +141,7 @@ class OscDecoder:
             return self._collect(found, message.address)
         if not message.address.startswith(_CONTROL):
             self.counters.ignored += 1
+            self.hints.add(message)
         elif self._listener is not None:
             self._listener.control(message.address, message.arguments)
         return False

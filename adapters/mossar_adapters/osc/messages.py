@@ -2,7 +2,7 @@
 
 Numbers, text and blobs, which come by the thousand, are read here; python-osc reads all other arguments. Bundles are
 walked here, because its own walk sorts by time tags, which shuffles the bundles of a sender with a skewed clock. It
-also never ends on a negative size. Time tags are ignored.
+also never ends on a negative size. Time tags are ignored. NI mate sends addresses without the leading slash.
 """
 
 import functools
@@ -22,6 +22,9 @@ _REMEMBERED = 512  # bytes; longer headers are not kept, or strangers could fill
 _BUNDLE = b"#bundle\0"
 _BUNDLE_HEAD = 16  # bytes: the word and the time tag
 _SIZES = {"i": 4, "f": 4, "s": 4, "b": 4, "h": 8, "d": 8, "t": 8, "r": 4, "m": 4} | dict.fromkeys("TFN[]", 0)
+_BARE = re.compile(
+    rb"[A-Za-z][\x20-\x2b\x2d-\x7e]{0,80}\0{1,4},"
+)  # an address without a slash, and type tags
 _int32 = struct.Struct(">i")
 
 
@@ -32,7 +35,7 @@ def messages(datagram: bytes) -> Iterable[tuple[str, Sequence[Any]]]:
         FrameError: If the datagram is damaged or has arguments of an unknown type; the messages before the
             damage are there.
     """
-    return (_message(datagram),) if datagram[:1] == b"/" else _walk(datagram, 0)
+    return (_message(datagram),) if _is_message(datagram) else _walk(datagram, 0)
 
 
 def numbers(arguments: Sequence[Any], start: int, count: int) -> tuple[float, ...]:
@@ -87,7 +90,7 @@ def word(arguments: Sequence[Any], place: int) -> str:
 
 
 def _walk(packet: bytes, depth: int) -> Iterator[tuple[str, Sequence[Any]]]:
-    if packet[:1] == b"/":
+    if _is_message(packet):
         yield _message(packet)
         return
     if packet[:8] != _BUNDLE or len(packet) < _BUNDLE_HEAD:
@@ -102,6 +105,14 @@ def _walk(packet: bytes, depth: int) -> Iterator[tuple[str, Sequence[Any]]]:
             raise FrameError("a bundle is cut off or damaged")
         yield from _walk(packet[at : at + size], depth + 1)
         at += size
+
+
+def _is_message(packet: bytes) -> bool:
+    """Return whether a packet begins like a message: with an address, which may lack the slash."""
+    if packet[:1] == b"/":
+        return True
+    bare = _BARE.match(packet)
+    return bare is not None and bare.end() % 4 == 1
 
 
 def _message(packet: bytes) -> tuple[str, Sequence[Any]]:
@@ -128,7 +139,7 @@ class _Layout(NamedTuple):
     """What address and tags of a message say.
 
     Args:
-        address: With the leading slash.
+        address: With the leading slash, if the sender gives one.
         size: Least number of bytes of the arguments; python-osc would fill in zeros.
         parts: Structs for runs of numbers, else the tag; None altogether if python-osc is to read it.
     """

@@ -73,6 +73,7 @@ class OscSource:
                 elif self._socket.now - quiet >= POLL:
                     quiet = self._socket.now
                     yield None
+            yield from self.decoder.end()
         finally:
             self._socket.close()
 
@@ -106,9 +107,16 @@ class OscSource:
             text += f"; {counters.malformed} malformed, the last: {counters.last_error}"
         if counters.ignored:
             better = self.decoder.better_profile()
-            hint = f"profile={better}, or leave profile= out" if better else _OF_YOUR_OWN
+            hint = f"profile={better}, or leave profile= out" if better else self._own_options()
             text += f"; {counters.ignored} ignored: try {hint}"
         return text
+
+    def _own_options(self) -> str:
+        """Return the URL that reads the messages which no profile wants."""
+        options = self.decoder.hints.options()
+        if options is None:
+            return _OF_YOUR_OWN
+        return f'"osc://{self.host}:{self.port}?{options}" (docs/osc.md)'
 
     def close(self) -> None:
         """End `items` soon. May be called twice, and from any thread."""
@@ -117,7 +125,7 @@ class OscSource:
             self._socket.close()
 
 
-_OF_YOUR_OWN = "profile=generic&pattern=/pose/{performer}/{joint}, see docs/osc.md"
+_OF_YOUR_OWN = "profile=generic with a pattern= and args= of your own, see docs/osc.md"
 _SMALL = (
     "{}: the system grants a receive buffer of {} KiB only; datagrams may get lost under load"
     " (Linux: sysctl net.core.rmem_max=4194304)"

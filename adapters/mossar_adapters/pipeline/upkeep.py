@@ -24,6 +24,7 @@ SILENCE = 3.0  # s without a frame after which a source explains itself
 _JUST_NOW = 0.5  # s, in which too few frames come for a rate
 _SHORTEST = 1e-9  # s that there must be for a rate; a clock of nonsense may have less
 _TRAILING = 0.05  # s after the last frame in which the rest of its messages may come
+_FEW = 5  # frames that may be dropped without a line
 _MOST_LOGGED = 20  # performers that are logged for frames without any joint
 _CHECK_EVERY = 0.02  # s between two checks
 
@@ -67,6 +68,10 @@ class Upkeep:
         self._explained: set[int] = set()  # sources whose silence was explained
         # Frames of each performer, and those without joints, at the last check.
         self._nobody: dict[str, tuple[int, int]] = {}
+        self._late: dict[
+            str, tuple[int, int]
+        ] = {}  # of each performer at the last check: frames, and dropped ones
+        self._dropped: set[str] = set()  # performers of whom it was logged that most frames are dropped
         self._empty: set[str] = set()  # performers whose frames without joints were logged
         self._nobody_due = 0.0  # monotonic s
         self._logged = 0  # how often that was logged
@@ -99,10 +104,11 @@ class Upkeep:
     def keep(self, performers: Container[str]) -> None:
         """Stop watching all others."""
         self._watch.keep(performers)
-        for table in (self._counted, self._nobody):
+        for table in (self._counted, self._nobody, self._late):
             for name in [name for name in table if name not in performers]:
                 del table[name]
         self._empty = {name for name in self._empty if name in performers}
+        self._dropped = {name for name in self._dropped if name in performers}
 
     def leave(self, performer: str) -> None:
         """Stop watching a performer who has left."""
@@ -119,6 +125,7 @@ class Upkeep:
         if now >= self._nobody_due:
             self._nobody_due = now + SILENCE
             self._look_for_nobody(run)
+            self._look_for_dropped(run)
         if now >= self._stats_due:
             self._stats_due = max(now, self._stats_due + (self._stats or 0.0))
             self.send_stats(run)
@@ -146,6 +153,7 @@ class Upkeep:
             fps=round(fps, 2),
             malformed=counted.get("malformed", 0) + run.unusable.get(performer, 0),
             kernel_drops=counted.get("kernel_drops", 0),
+            retimed=counted.get("retimed", 0),
             queue_dropped=run.inbox.dropped[source] + run.beginnings[source].dropped,
             latency_p50_ms=quantiles[0] if quantiles else None,
             latency_p99_ms=quantiles[1] if quantiles else None,
@@ -170,6 +178,7 @@ class Upkeep:
     def end(self, run: Run) -> None:
         """Send the last stats, say what was lost, and write the last snapshot."""
         self._look_for_nobody(run)
+        self._look_for_dropped(run)
         if self._stats or self._path is not None:  # the delays of all events count, and none may be lost
             for outlet in run.outlets:
                 outlet.settle()
@@ -290,6 +299,24 @@ class Upkeep:
                         "; others are not logged" if self._logged == _MOST_LOGGED else "",
                     )
 
+    def _look_for_dropped(self, run: Run) -> None:
+        """Log once for each performer that most of its frames are dropped."""
+        for performer in run.pool.names:
+            stats = run.pool[performer].stats
+            frames, late = self._late.get(performer, (0, 0))
+            self._late[performer] = stats["frames"], stats["out_of_order"]
+            came, dropped = stats["frames"] - frames, stats["out_of_order"] - late
+            if performer in self._dropped or dropped <= max(came // 2, _FEW):
+                continue
+            self._dropped.add(performer)
+            if len(self._dropped) <= _MOST_LOGGED:
+                _log.warning(
+                    "%s: %d of %d frames are dropped: their times are not later than those before",
+                    performer,
+                    dropped,
+                    came,
+                )
+
     def _silence(self, feed: Feed, before: int) -> str:
         """Return what is known of why no frames come: what never came is another matter than what stopped.
 
@@ -319,6 +346,7 @@ def _in_words(event: StatsEvent) -> str:
         "malformed",
         "kernel_drops",
         "queue_dropped",
+        "retimed",
     )
     words += [f"{getattr(event, name)} {name.replace('_', ' ')}" for name in names if getattr(event, name)]
     return ", ".join(words)

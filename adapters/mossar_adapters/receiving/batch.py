@@ -4,6 +4,8 @@ The last step from a wire to the pipeline, and the same for all wires. Here it i
 has, which time a frame gets, and what goes on together.
 """
 
+import logging
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -11,15 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.joint_sets import by_count
+from mossar_adapters.live import Counters
+from mossar_adapters.newest import Newest
 from mossar_adapters.receiving.clocks import Clocks
-from mossar_adapters.receiving.pose import Pose, check_time
+from mossar_adapters.receiving.pose import Pose, check_time, differ
 from mossar_adapters.receiving.recent import Recent
+from mossar_adapters.receiving.sender_clocks import SenderClock, Verdict
+from mossar_adapters.receiving.senders import MAX_SENDERS
 from mossar_adapters.receiving.steady import Steady
 from mossar_adapters.source import Departure, Meta
 from mossar_stream import FrameError, Frames, Skeleton, narrow
 
 MAX_PERFORMERS = 256  # known at a time
 FARTHEST = 1e5  # m; whatever is farther away is damage: as for the core
+
+_log = logging.getLogger("mossar.source")
 
 
 class _Line(msgspec.Struct):
@@ -30,6 +38,7 @@ class _Line(msgspec.Struct):
     arrival: float | None = None  # of the latest frame, s
     count: int = 0  # frames so far, for times at a given rate
     steady: Steady = msgspec.field(default_factory=Steady)  # for times without one
+    clock: SenderClock[Pose] | None = None  # for times with one
     positions: list[NDArray[np.float64] | NDArray[np.float32]] = msgspec.field(default_factory=list)
     confidence: list[NDArray[np.float64] | NDArray[np.float32]] = msgspec.field(default_factory=list)
     times: list[float] = msgspec.field(default_factory=list)
@@ -40,15 +49,35 @@ class Batch:
 
     Args:
         fps: Rate in Hz: frames without a time of their own get frame number / fps instead of their arrival, steadied.
+            So do those of a sender whose clock does not run.
+        counters: Where frames are counted that get another time than the sender's.
+        note: Receives what people should know of a sender's clock, a line each; without it, they are logged.
+        piped: Whether arrivals may say nothing, as those of a file that is read through a pipe.
     """
 
-    def __init__(self, fps: float | None = None) -> None:
+    def __init__(
+        self,
+        fps: float | None = None,
+        counters: Counters | None = None,
+        note: Callable[[str], None] | None = None,
+        *,
+        piped: bool = False,
+    ) -> None:
         self.fps = fps
+        self._counters = counters or Counters()
+        self._note = note or _logged
+        self._piped = piped
         self._lines: Recent[_Line] = Recent(MAX_PERFORMERS, "performers")
         self._ready: list[Meta | Frames | Departure] = []
         self._clocks = Clocks()
+        self._verdicts: Newest[str, Verdict] = Newest(MAX_SENDERS)  # on the clock of each sender
         self._described: dict[int, Meta] = {}  # the latest meta that a sender gave, by its number of joints
         self._now = float("-inf")  # the latest arrival, s
+
+    @property
+    def pending(self) -> bool:
+        """Whether frames are held back until it is clear whether their sender's clock runs."""
+        return any(line.clock is not None and line.clock.holds for line in self._lines.values())
 
     def put(self, item: Meta | Pose | Departure) -> None:
         """Take one thing that a decoder found.
@@ -67,9 +96,15 @@ class Batch:
         else:
             self._leave(item)
 
-    def take(self) -> list[Meta | Frames | Departure]:
-        """Return everything collected since the last call."""
+    def take(self, now: float | None = None) -> list[Meta | Frames | Departure]:
+        """Return everything collected since the last call.
+
+        Args:
+            now: s, on the clock of the arrivals: frames held back after which nothing came go on, too; infinity for all.
+        """
         for performer, line in self._lines.items():
+            if now is not None:
+                self._settle(line, now)
             if line.times:
                 self._finish(performer, line)
         ready, self._ready = self._ready, []
@@ -83,6 +118,7 @@ class Batch:
     def forget(self, sender: str) -> None:
         """Forget the clock of a sender that is gone for good."""
         self._clocks.forget(sender)
+        self._verdicts.pop(sender, None)
 
     def _assumed(self, pose: Pose) -> Meta:
         """Return what is taken for granted of a performer whose skeleton was not described."""
@@ -96,6 +132,7 @@ class Batch:
             self._described[len(meta.skeleton)] = meta
         line = self._line(meta.performer)
         if line.meta != meta:
+            self._settle(line)
             self._finish(meta.performer, line)
             self._ready.append(meta)
         line.meta = meta
@@ -103,6 +140,7 @@ class Batch:
     def _leave(self, left: Departure) -> None:
         line = self._lines.get(left.performer)
         if line is not None:
+            self._settle(line)
             self._finish(left.performer, line)
             self._ready.append(left)
 
@@ -120,24 +158,61 @@ class Batch:
             raise FrameError(
                 f"a frame with {len(pose.positions)} joints does not fit the skeleton: it has {len(meta.skeleton)}"
             )
+        line.count += 1
+        if line.sender is None:
+            # A program may send each message from another port: its performer stays on one clock.
+            line.sender = pose.sender
+        if pose.time is None and (line.clock is None or line.clock.verdict.ahead is None):
+            self._settle(line)
+            if self.fps is not None:
+                self._append(line, pose, (line.count - 1) / self.fps)
+            else:
+                if line.count == 1:
+                    line.steady = self._steady_of(pose)
+                self._append(line, pose, self._shared(line, pose, line.steady.time(pose.arrival)))
+        else:
+            line.clock = line.clock or self._clock(line.sender)
+            self._append_timed(line, line.clock, line.clock.put(pose, pose.time or 0.0, pose.arrival))
+
+    def _steady_of(self, pose: Pose) -> Steady:
+        """Return the line for the times of a new performer: that of another one of the same sender, else a new one.
+
+        Trackers give new ids to people that they lose: the times of a person go on as if the id were the same.
+        """
+        for other in self._lines.values():
+            if other.count > 1 and other.sender == pose.sender and other.steady.follows(pose.arrival):
+                return other.steady.copy()
+        return Steady()
+
+    def _append_timed(self, line: _Line, clock: SenderClock[Pose], timed: list[tuple[Pose, float]]) -> None:
+        """Add frames with their times by their sender's clock, or in its place, s."""
+        for pose, time in timed:
+            self._append(line, pose, self._shared(line, pose, time))
+        self._counters.retimed += clock.changed
+        clock.changed = 0
+
+    def _append(self, line: _Line, pose: Pose, time: float) -> None:
         if line.times and (pose.confidence is None) != (not line.confidence):
             self._finish(pose.performer, line)
-        line.times.append(self._time(line, pose))
+        line.times.append(time)
         line.positions.append(pose.positions)
         if pose.confidence is not None:
             line.confidence.append(pose.confidence)
 
-    def _time(self, line: _Line, pose: Pose) -> float:
-        line.count += 1
-        time = pose.time
-        if time is None:
-            if self.fps is not None:
-                return (line.count - 1) / self.fps
-            time = line.steady.time(pose.arrival)
-        if line.sender is None:
-            # A program may send each message from another port: its performer stays on one clock.
-            line.sender = pose.sender
-        return self._clocks.time(line.sender, time, pose.arrival)
+    def _shared(self, line: _Line, pose: Pose, time: float) -> float:
+        """Return a time on the clock that all senders share, s."""
+        return self._clocks.time(line.sender or "", time, pose.arrival)
+
+    def _clock(self, sender: str) -> SenderClock[Pose]:
+        verdict = self._verdicts.get(sender)
+        if verdict is None:
+            verdict = self._verdicts[sender] = Verdict()
+        return SenderClock(verdict, _differ, self._note, rate=self.fps, piped=self._piped)
+
+    def _settle(self, line: _Line, now: float = float("inf")) -> None:
+        """Let frames go that are held back, if nothing more came until `now`, s."""
+        if line.clock is not None and line.clock.holds:
+            self._append_timed(line, line.clock, line.clock.settle(now))
 
     def _line(self, performer: str) -> _Line:
         line = self._lines.hear(performer, self._now)
@@ -145,6 +220,7 @@ class Batch:
             return line
         forgotten = self._lines.make_room(performer, self._now)
         if forgotten is not None:
+            self._settle(forgotten[1])
             self._finish(*forgotten)
         return self._lines.add(performer, _Line(), self._now)
 
@@ -156,6 +232,14 @@ class Batch:
             confidence = np.clip(np.nan_to_num(np.array(line.confidence)), 0.0, 1.0).astype(np.float32)
         self._ready.append(Frames(_sane(line.positions), np.array(line.times), confidence, performer))
         line.positions, line.confidence, line.times = [], [], []
+
+
+def _logged(note: str) -> None:
+    _log.warning("%s", note)
+
+
+def _differ(one: Pose, other: Pose) -> bool:
+    return differ(one.positions, other.positions)
 
 
 def _sane(poses: list[NDArray[np.float64] | NDArray[np.float32]]) -> NDArray[Any]:

@@ -1,12 +1,14 @@
 """One frame of one performer, as decoders find it and before it is batched."""
 
+from typing import Any
+
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import FrameError, Skeleton
 
-_LATEST = 1e15  # s; beyond that, float64 no longer tells frames apart
+_LATEST = 1e19  # s, or units of a clock that counts nanoseconds since 1970
 
 
 class Pose(msgspec.Struct):
@@ -41,3 +43,11 @@ def check_time(time: float | None) -> None:
     """
     if time is not None and not abs(time) < _LATEST:
         raise FrameError(f"t = {time} is no time")
+
+
+def differ(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    """Return whether two poses, (J, 3), differ in a joint that both have."""
+    if one.shape != other.shape:
+        return True
+    both = ~(np.isnan(one) | np.isnan(other))
+    return bool((one != other)[both].any())

@@ -6,6 +6,7 @@ those so far and then over about the last `MEMORY` (an expanding and then fading
 Introduction to Sequential Smoothing and Prediction, 1969), and a frame gets its place on the line.
 """
 
+import copy
 from typing import Final
 
 MEMORY: Final = 120  # frames
@@ -28,6 +29,14 @@ class Steady:
         self._place = 0.0  # s, of the latest frame on the line
         self._step = 0.0  # s from frame to frame on the line
         self._latest = float("-inf")  # s, that were given
+
+    def follows(self, arrival: float) -> bool:
+        """Return whether the next frame of the line may be one that came at a time, s."""
+        return self._count > 1 and abs(arrival - self._place - self._step) <= min(LOST, self._step)
+
+    def copy(self) -> "Steady":
+        """Return one with the same line, for another performer of the same camera."""
+        return copy.copy(self)
 
     def time(self, arrival: float) -> float:
         """Return the time of the next frame, later than that of the frame before.

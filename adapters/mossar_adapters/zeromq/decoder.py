@@ -56,6 +56,10 @@ class ZmqDecoder:
                 self.counters.reject(str(error))
         return self._intake.batch.take()
 
+    def idle(self, now: float) -> list[Meta | Frames | Departure]:
+        """Return the frames held back after which nothing came until `now`, s."""
+        return self._intake.batch.take(now)
+
     def _decode(self, message: ZmqMessage) -> None:
         parts = message.parts
         if len(parts) > 2:

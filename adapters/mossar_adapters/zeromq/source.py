@@ -3,6 +3,7 @@
 A socket around `ZmqDecoder`, which says what is accepted.
 """
 
+import math
 import time
 from collections.abc import Iterator
 
@@ -82,9 +83,11 @@ class ZmqSource:
                 try:
                     parts = self._socket.recv_multipart()
                 except zmq.Again:
+                    yield from self.decoder.idle(self._now)
                     yield None
                     continue
                 yield from self.decoder.receive(ZmqMessage(parts, self._now), *self._waiting())
+            yield from self.decoder.idle(math.inf)
         finally:
             self._release()
 

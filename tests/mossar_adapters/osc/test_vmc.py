@@ -13,11 +13,15 @@ from mossar_adapters.osc.assembly.humanoid import mapped_bones, present_parents,
 from mossar_adapters.osc.assembly.known_joints import ClosedFrame
 from mossar_adapters.osc.assembly.vmc_frames import VmcFrames, exact_time
 from mossar_adapters.osc.assembly.vmc_pose import MIRROR, VmcPose, rotations_of
+from mossar_adapters.osc.datagrams import Datagram
+from mossar_adapters.osc.decoder import OscDecoder
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.frame_sink import VmcFrameSink
+from mossar_adapters.osc.profiles.vmc import BONE
 from mossar_adapters.osc.source import OscSource
 from mossar_adapters.osc.vmc_writer import PositionBones
-from mossar_stream import Skeleton
+from mossar_adapters.source import Meta
+from mossar_stream import Frames, Skeleton
 
 HALF = 0.5**0.5
 STILL = (0.0, 0.0, 0.0, 1.0)
@@ -398,3 +402,58 @@ def test_bones_are_known_in_the_names_of_any_program(names, trunk):
     assert found["Hips"] == joints[0]
     assert found["LeftUpperArm"] in {"upperarm_l", "LeftArm", "L_Shoulder", "lShldr", "左腕"}
     assert found["LeftUpperLeg"] in {"thigh_l", "LeftUpLeg", "L_Hip", "lThigh", "左足"}
+ARM = ("Hips", "Spine", "LeftUpperArm", "LeftLowerArm", "LeftHand")
+
+
+def _table(*positions):
+    return np.array([(*xyz, *STILL) for xyz in positions])
+
+
+def test_bones_without_positions_have_those_of_rest_beside_bones_with_positions():
+    pose = VmcPose(ARM, {})
+    zero = (0, 0, 0)
+    mixed = pose.positions(_table((0, 0.9, 0), (0, 0.2, 0), zero, zero, zero), None)
+    rest = VmcPose(ARM, {}).positions(_table((0, 0.9, 0), zero, zero, zero, zero), None)
+    assert mixed[1] == pytest.approx((0, 1.1, 0)), "as sent"
+    assert mixed[2:] - mixed[1] == pytest.approx(rest[2:] - rest[1])
+
+
+def test_bones_that_lie_in_their_parents_stay_there_if_others_have_positions():
+    places = VmcPose(ARM, {}).positions(
+        _table((0, 0.9, 0), (0, 0, 0), (-0.2, 0.4, 0), (-0.3, 0, 0), (-0.2, 0, 0)), None
+    )
+    assert places[1] == pytest.approx((0, 0.9, 0))
+
+
+@pytest.mark.parametrize("hips", [True, False])
+def test_half_of_the_bones_in_each_frame_are_one_take_with_all_bones(hips):
+    decoder, items = OscDecoder(parse_url("osc://127.0.0.1:0")), []
+    for k in range(120):
+        for i, bone in enumerate(BONES):
+            if (i + k) % 2 or (hips and bone == "Hips"):
+                row = (0.01 * i, 0.1 + 0.1 * i, 0.001 * k, *STILL)
+                items += decoder.receive(_datagram(encode(BONE, "sfffffff", bone, *map(float, row)), k / 60))
+        items += decoder.receive(_datagram(encode("/VMC/Ext/T", "f", k / 60), k / 60))
+    items += decoder.idle(9.0)
+    assert sum(isinstance(item, Meta) for item in items) == 1
+    positions = np.concatenate([item.positions for item in items if isinstance(item, Frames)])
+    assert positions.shape == (120, len(BONES), 3)
+    assert np.isfinite(positions[1:]).all()
+
+
+def test_a_bone_that_stays_away_is_missing_in_the_end():
+    decoder, items = OscDecoder(parse_url("osc://127.0.0.1:0")), []
+    for k in range(120):
+        for i, bone in enumerate(BONES):
+            if bone != "Head" or k < 30:
+                row = (0.01 * i, 0.1 + 0.1 * i, 0.001 * k, *STILL)
+                items += decoder.receive(_datagram(encode(BONE, "sfffffff", bone, *map(float, row)), k / 60))
+        items += decoder.receive(_datagram(encode("/VMC/Ext/T", "f", k / 60), k / 60))
+    positions = np.concatenate([item.positions for item in items if isinstance(item, Frames)])
+    missing = np.isnan(positions[:, BONES.index("Head"), 0])
+    assert not missing[:30].any()
+    assert missing[30 + 31 :].all()
+
+
+def _datagram(data, arrival):
+    return Datagram(data, "127.0.0.1", 9000, arrival)

@@ -282,6 +282,15 @@ def test_frames_in_which_nobody_is_are_counted_and_told_of_once(stage, caplog, n
     assert caplog.text.count("p1: frames come without a tracked joint") == 1
 
 
+def test_most_frames_are_never_dropped_without_a_line(stage, caplog):
+    positions = np.random.default_rng(1).normal(size=(30, 2, 3)).astype(np.float32)
+    items = [stage.meta(), *(Frames(positions, np.full(30, 7.0)) for _ in range(3))]
+    Pipeline([stage.Script(items)], [stage.Collected()]).run()
+    assert [message for message in caplog.messages if "dropped" in message] == [
+        "p1: 89 of 90 frames are dropped: their times are not later than those before"
+    ]
+
+
 @pytest.mark.parametrize(
     ("trickle", "said"),
     [

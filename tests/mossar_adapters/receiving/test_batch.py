@@ -93,3 +93,28 @@ def test_who_was_never_announced_does_not_leave():
     batch = Batch()
     batch.put(Departure("p1", "lost user"))
     assert batch.take() == []
+
+
+def steps(changes):
+    """Return the steps of time of a person who gets new ids at some frames; frames come late by some milliseconds."""
+    rng = np.random.default_rng(5)
+    batch, times = Batch(), []
+    for k in range(150):
+        arrival = k / 15 + rng.exponential(0.006)
+        ident = f"p{sum(k >= change for change in changes)}"
+        batch.put(Pose(ident, rng.normal(size=(2, 3)), arrival))
+        times += [time for item in batch.take() if isinstance(item, Frames) for time in item.times]
+    return np.diff(times)[60:]
+
+
+def test_a_new_id_goes_on_with_the_times_of_its_sender():
+    assert np.array_equal(steps([70, 90, 120]), steps([]))
+
+
+def test_a_new_id_after_a_pause_begins_anew():
+    batch = Batch()
+    for k in range(30):
+        batch.put(Pose("a", np.zeros((2, 3)), k / 15))
+    batch.put(Pose("b", np.zeros((2, 3)), 9.0))
+    frames = [item for item in batch.take() if isinstance(item, Frames)]
+    assert frames[-1].times.tolist() == [9.0]

@@ -336,7 +336,7 @@ def _tiers(
             settings = msgspec.structs.replace(options, level=other).settings(range="file")
             settings = settings.replace(limbs=False, phase=False, repetitions=False, steps=False)
             again = segment_recording(
-                loaded.positions, loaded.fps, loaded.skeleton, settings, times=loaded.times
+                loaded.positions, loaded.fps, loaded.skeleton, settings, times=loaded.times, takes=True
             )
             tiers.append(segment_tier(again.segments, other, origin))
     tiers += [move_tier(result.moves, origin)] if result.moves else []

@@ -275,7 +275,7 @@ class RecordedShow:
 def _segmented(whole: LoadedRecording, settings: Settings) -> _Segmented:
     """Return what is found in a recording; of its curve only what is drawn."""
     result = segment_recording(
-        whole.positions, whole.fps, whole.skeleton, settings, times=whole.times, curves=True
+        whole.positions, whole.fps, whole.skeleton, settings, times=whole.times, curves=True, takes=True
     )
     states = result.curves
     columns = curve_columns(states)

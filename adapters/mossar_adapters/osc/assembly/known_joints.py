@@ -1,7 +1,8 @@
 """Which joints a performer has, learnt from the frames.
 
-The first frame may have been caught in the middle. It is held back until the second one is there, so that
-most performers are announced once. Joints that turn up later are added, and the performer announced anew.
+The first frame may have been caught in the middle, and the first ones may lack joints that were lost on the way. They are
+held back until one, not the first, has all joints so far, or a quarter of a second has passed, so that most performers are
+announced once. Joints that turn up later are added, and the performer announced anew.
 """
 
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from mossar_stream import FrameError
 
 MAX_NAMES = 256
-HOLD = 0.25  # s; a first frame that stays alone is let go after it
+HOLD = 0.25  # s; the first frames are let go after it in any case
 
 Row = tuple[float, ...]
 
@@ -41,6 +42,7 @@ class KnownJoints:
         self.names: dict[str, int] = {}
         self._held: list[ClosedFrame] = []
         self._frames = 0
+        self._complete = False  # whether the joints are taken for known
 
     @property
     def learnt(self) -> bool:
@@ -67,7 +69,9 @@ class KnownJoints:
         """Return the frames that may go on now that this one is closed."""
         self._frames += 1
         self._held.append(closed)
-        return self.release() if self._frames > 1 else ()
+        whole = self._frames > 1 and len(closed.rows) == len(self.names)
+        self._complete |= whole or closed.arrival - self._held[0].arrival > HOLD
+        return self.release() if self._complete else ()
 
     def overdue(self, now: float) -> bool:
         """Return whether the frame held back has waited long enough."""
@@ -76,6 +80,7 @@ class KnownJoints:
     def release(self) -> Sequence[ClosedFrame]:
         """Return the frames held back."""
         held, self._held = self._held, []
+        self._complete |= bool(held)
         return held
 
     def table(self, rows: dict[str, Row], width: int) -> NDArray[np.float64]:

@@ -1,7 +1,8 @@
 """Frames from messages that carry one joint each.
 
-Nothing marks the end of a frame in these protocols. A frame is closed, whichever is first:
+Few senders mark the end of a frame in these protocols. A frame is closed, whichever is first:
 
+- when the sender marks its end (`end_frames`); then only a joint that comes again, and a second without any, close it, too;
 - when all joints of the performer are there, so that no time is lost;
 - when a joint comes again;
 - when the joint that usually opens a frame comes while most others are there (one was lost on the way);
@@ -27,6 +28,7 @@ from mossar_stream import MAX_NAME, Skeleton, performer_name
 
 MAX_PERFORMERS = 64  # per profile
 _GAP_LOW, _GAP_HIGH, _INTERVAL = 0.004, 0.1, 0.04  # s
+_GAP_MARKED = 1.0  # s; a mark that is lost is missed no later than at the next frame
 
 NO_POSES: Sequence[Pose] = ()
 Parents = Callable[[Sequence[str]], tuple[tuple[int, ...], int]]
@@ -90,6 +92,15 @@ class SingleJoints:
                 self._scales[sender] = found
         return found
 
+    def end_frames(self, message: Message) -> list[Pose]:
+        """Return the frames of a sender that marks their end."""
+        return [
+            pose
+            for performer in self._performers.values()
+            if performer.sender == message.sender
+            for pose in performer.end_frame()
+        ]
+
     def leave(self, message: Message, person: str, reason: str) -> list[Pose | Departure]:
         """Return what a performer has, and that it left."""
         name = self._senders.name(message.sender, person)
@@ -109,7 +120,8 @@ class _Performer:
     """The frames of one performer."""
 
     def __init__(self, name: str, sender: str, scaling: Scaling, parents: Parents) -> None:
-        self._name, self._sender = name, sender
+        self._name, self.sender = name, sender
+        self._marked = False  # whether the sender marks the end of frames
         self._scaling, self._parents = scaling, parents
         self._known = KnownJoints()
         self._skeleton: Skeleton | None = None
@@ -152,8 +164,14 @@ class _Performer:
 
     def idle(self, now: float) -> list[Pose]:
         gap = self._pause if self._newest == self._tail else _GAP_HIGH
+        gap = _GAP_MARKED if self._marked else gap
         poses = self._close() if self._rows and now - self.last > gap else []
         return poses + self._posed(self._known.release()) if self._known.overdue(now) else poses
+
+    def end_frame(self) -> Sequence[Pose]:
+        """Return the frame whose end is marked, if a joint of it came."""
+        self._marked = True
+        return self._close() if self._rows else NO_POSES
 
     def finish(self) -> list[Pose]:
         poses = self._close() if self._rows else []
@@ -163,6 +181,8 @@ class _Performer:
         """Return whether a joint begins a new frame."""
         if joint in self._rows:
             return True
+        if self._marked:
+            return False
         if joint == self._opener and 2 * len(self._rows) > len(self._known.names):
             return True
         return joint == self._waited_before and wait > max(0.75 * self._interval, _GAP_LOW)
@@ -199,7 +219,7 @@ class _Performer:
                 confidence=None if np.isnan(table[:, 3]).all() else table[:, 3],
                 skeleton=self._skeleton,
                 unit=self._unit,
-                sender=self._sender,
+                sender=self.sender,
             )
             for frame, table, xyz in zip(frames, tables, metres, strict=True)
         ]

@@ -16,6 +16,8 @@ from mossar_stream import Skeleton
 MIRROR = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0, 1.0])  # x y z, quaternion x y z w
 BUILT_IN = rest_skeleton()
 _ZERO = 1e-6  # m; bones nearer than this to their parents have no position of their own
+# Bones that cannot lie in their parents, as Spine, Neck and shoulders may: if one does, its position was not sent.
+_FAR = {f"{side}{part}" for side in ("Left", "Right") for part in ("LowerArm", "Hand", "LowerLeg", "Foot")}
 
 
 class VmcPose:
@@ -33,6 +35,9 @@ class VmcPose:
         self._parents = present_parents(bones)
         self._hanging = np.array([parent >= 0 for parent in self._parents])
         self._forced = forced
+        self._far = np.array([bone in _FAR for bone in bones])
+        self._seen = np.zeros(len(bones), dtype=bool)  # bones that came,
+        self._placed = np.zeros(len(bones), dtype=bool)  # and those that came with a position
         self._offsets = np.array(
             [
                 _offset(bone, bones[parent] if parent >= 0 else None, rest)
@@ -67,13 +72,16 @@ class VmcPose:
 
     def _translations(self, sent: NDArray[np.float64]) -> NDArray[np.float64]:
         with np.errstate(invalid="ignore"):
-            moved = np.abs(sent) > _ZERO
-        if not self._forced and moved[self._hanging].any():
+            moved = (np.abs(sent) > _ZERO).any(axis=1)
+        self._seen |= ~np.isnan(sent).any(axis=1)
+        self._placed |= moved
+        resting = self._seen & ~self._placed & self._hanging  # bones that came with rotations only
+        if self._forced:
+            resting = self._hanging
+        elif not (resting & self._far).any() and (self._placed & self._hanging).any():
             return sent.copy()
-        translations = np.where(np.isnan(sent), np.nan, self._offsets)
-        tops = ~self._hanging & moved.any(axis=1)
-        translations[tops] = sent[tops]
-        return translations
+        resting = resting | (~self._hanging & ~moved)
+        return np.where(np.isnan(sent) | ~resting[:, None], sent, self._offsets)
 
 
 def _offset(bone: str, parent: str | None, rest: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:

@@ -1,7 +1,10 @@
 """Profile `nimate`: NI mate's default addresses.
 
+NI mate 2 in format "Basic" sends `Right_Hand ,fff`, without a slash, or `Right_Hand_2` where it tracks several users, and
+`/NI_mate_sync` after each frame. Older versions:
+
 `/skeleton_left_hand ,fff` x, y, z, perhaps followed by an orientation, which is passed over; "omni" sends all
-joints in one message `/skeleton` without names. Addresses are editable there: others need `profile=generic`.
+joints in one message `/skeleton` without names. Coordinates are metres or millimetres. Addresses are editable there: others need `profile=generic`.
 """
 
 import re
@@ -17,6 +20,9 @@ from mossar_adapters.osc.profiles.profile import NOTHING, Context, Items, Messag
 from mossar_stream import FrameError
 
 _ADDRESS = re.compile(r"/(?:(?P<person>[^/]{1,40})/)?skeleton[_/](?P<joint>[^/]{1,60})")
+_BASIC = re.compile(r"(?P<joint>[A-Za-z][^/]{0,60}?)(?:_(?P<person>\d{1,4}))?")
+_SYNC = ("/NI_mate_sync", "NI_mate_sync")
+_PLACES = (3, 7)  # numbers of a place, and of a place and an orientation; others are no places
 _OMNI = re.compile(r"/(?:(?P<person>[^/]{1,40})/)?skeleton")
 
 
@@ -34,12 +40,21 @@ class NiMate:
 
     def claims(self, message: Message) -> bool:
         """Return whether the address is one of NI mate's defaults."""
+        if message.address[:1] != "/" or message.address in _SYNC:
+            return message.address in _SYNC or _BASIC.fullmatch(message.address) is not None
         return "/skeleton" in message.address and (
             _ADDRESS.fullmatch(message.address) is not None or _OMNI.fullmatch(message.address) is not None
         )
 
     def receive(self, message: Message) -> Items:
-        """Take a joint, or all of them."""
+        """Take a joint, all of them, or the end of a frame."""
+        if message.address in _SYNC:
+            return self._joints.end_frames(message)
+        if message.address[:1] != "/" and (basic := _BASIC.fullmatch(message.address)):
+            if len(message.arguments) not in _PLACES:
+                return NOTHING
+            xyz = numbers(message.arguments, 0, 3)
+            return self._joints.put(message, basic["person"] or "", basic["joint"], (*xyz, np.nan))
         if single := _ADDRESS.fullmatch(message.address):
             xyz = numbers(message.arguments, 0, 3)
             return self._joints.put(message, single["person"] or "", single["joint"], (*xyz, np.nan))

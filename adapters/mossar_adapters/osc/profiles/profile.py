@@ -20,7 +20,7 @@ class Message(NamedTuple):
     """One OSC message.
 
     Args:
-        address: With the leading slash.
+        address: With the leading slash, if the sender gives one.
         arguments: As python-osc gives them.
         sender: Distinguishes this sender's performers from others', see `Senders.suffix`.
         arrival: Seconds since the socket opened.

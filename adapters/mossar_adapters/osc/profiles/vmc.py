@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.registry import open_motion
 from mossar_adapters.osc.assembly.humanoid import bone_name, rest_of
-from mossar_adapters.osc.assembly.known_joints import ClosedFrame, KnownJoints
+from mossar_adapters.osc.assembly.known_joints import ClosedFrame, KnownJoints, Row
 from mossar_adapters.osc.assembly.vmc_frames import VmcFrames, exact_time
 from mossar_adapters.osc.assembly.vmc_pose import BUILT_IN, VmcPose
 from mossar_adapters.osc.messages import numbers, word
@@ -24,6 +24,10 @@ from mossar_stream import FrameError
 
 BONE, ROOT, OK, TIME = "/VMC/Ext/Bone/Pos", "/VMC/Ext/Root/Pos", "/VMC/Ext/OK", "/VMC/Ext/T"
 MAX_AVATARS = 64
+HELD = 0.5  # s that a bone which does not come keeps its transform, as avatars do,
+_OFTEN = 0.2  # where more than this share of frames lack bones: a single loss is for the core to judge
+_LONG_RUN = 16  # frames, of that share
+_ENOUGH = 3  # frames that have waited together, for a share
 
 Rest = Mapping[str, NDArray[np.float64]]
 
@@ -95,6 +99,8 @@ class _Avatar:
         self._name, self._sender, self._fps, self._rest = name, sender, context.options.fps, rest
         self._pose: VmcPose | None = None
         self._ahead: float | None = None  # sender's time minus arrival, s, in its latest frame with a T
+        self._lacking = 0.0  # share of frames that lack bones, smoothed
+        self._latest: dict[str, tuple[Row, float]] = {}  # of each bone: its transform, and when it came (s)
         self.known = KnownJoints()
         self.frames = VmcFrames()
 
@@ -117,9 +123,13 @@ class _Avatar:
         if self._pose is None or len(self._pose.skeleton) != len(self.known.names):
             forced = self._rest is not None
             self._pose = VmcPose(list(self.known.names), self._rest or BUILT_IN, forced=forced)
+        if len(frames) >= _ENOUGH:
+            self._lacking = sum(map(self._lacks, frames)) / len(frames)
         for frame in reversed(frames):
             frame.time = self._clock(frame)
-        positions = [self._pose.positions(self.known.table(frame.rows, 7), frame.root) for frame in frames]
+        positions = [
+            self._pose.positions(self.known.table(self._completed(frame), 7), frame.root) for frame in frames
+        ]
         return [
             Pose(
                 self._name,
@@ -131,6 +141,19 @@ class _Avatar:
             )
             for frame, xyz in zip(frames, positions, strict=True)
         ]
+
+    def _lacks(self, frame: ClosedFrame) -> bool:
+        return len(frame.rows) < len(self.known.names)
+
+    def _completed(self, frame: ClosedFrame) -> dict[str, Row]:
+        """Return the bones of a frame, with those that it lacks as they came last."""
+        rows = frame.rows
+        self._lacking += (self._lacks(frame) - self._lacking) / _LONG_RUN
+        if self._lacking > _OFTEN and self._lacks(frame):
+            recent = {bone: row for bone, (row, came) in self._latest.items() if frame.arrival - came <= HELD}
+            rows = recent | rows
+        self._latest.update({bone: (row, frame.arrival) for bone, row in frame.rows.items()})
+        return rows
 
     def _clock(self, frame: ClosedFrame) -> float | None:
         """Return the frame's time on the sender's clock, also where a single T was lost."""
