@@ -178,6 +178,7 @@ def run_command(prog: str, command: Command, arguments: Sequence[str], terminal:
         MossarError: If something is wrong with the arguments, or what they name.
     """
     from mossar_tools.options import parse
+    from mossar_tools.places import check_command
 
     parser = parser_of(prog, command)
     try:
@@ -186,6 +187,7 @@ def run_command(prog: str, command: Command, arguments: Sequence[str], terminal:
         return DONE
     level = options.log_level or ("error" if options.quiet else "debug" if options.verbose else "info")
     terminal.set_up(level, as_json=options.log_json, status=not options.quiet)
+    check_command(prog.rsplit(maxsplit=1)[-1], options)
     return command.run(options, terminal)
 
 
