@@ -98,6 +98,7 @@ class Batch:
         line = self._lines.get(left.performer)
         if line is not None:
             self._finish(left.performer, line)
+            line.sender = None  # the next one with this name has a clock of its own
             self._ready.append(left)
 
     def _add(self, pose: Pose) -> None:
