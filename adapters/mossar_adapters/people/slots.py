@@ -32,9 +32,10 @@ from mossar_adapters.people.given import (
     nearby,
 )
 from mossar_adapters.people.likeness import LOST, Likeness
+from mossar_adapters.people.memory import Memory, persons_of, put_person
 from mossar_adapters.people.newcomer import Newcomer
 from mossar_adapters.people.samples import Samples
-from mossar_stream import FrameError, SettingsError, Skeleton
+from mossar_stream import FrameError, SettingsError, Skeleton, SnapshotError
 
 REMEMBERED: Final = 600.0  # s
 REFUSED: Final = ""  # instead of a slot
@@ -260,14 +261,47 @@ class Slots:
             for verdict in (verdicts[ident] for ident, _ in found)
         ]
 
-    def restart(self, time: float) -> float:
+    def to_bytes(self) -> bytes:
+        """Return what is known of people, for `recall`."""
+        chosen = None if self._chosen is None else self._chosen.number
+        former = dict(self._former)
+        people = persons_of(self._bodies)
+        now = self._now if people else 0.0
+        return Memory(self.people, now, self._met, self._reuses, former, chosen, people).to_bytes()
+
+    def recall(self, data: bytes) -> None:
+        """Go on with the people of an earlier run; `restart` says when. Slots beyond those of now are left out.
+
+        Raises:
+            SnapshotError: If the bytes are damaged, or the only slot was for others.
+        """
+        memory = Memory.from_bytes(data)
+        if self._chooses != (memory.people if isinstance(memory.people, str) else None):
+            raise SnapshotError(f"the people of the snapshot were followed with --people {memory.people}")
+        for person in memory.slots:
+            if person.number < len(self._bodies):
+                body = self._bodies[person.number]
+                put_person(body, person)
+                if person.id is not None:
+                    self._ids[person.id] = body
+                if person.number == memory.chosen:
+                    self._chosen = body
+        self._former = OrderedDict(memory.former)
+        self._met, self._reuses = memory.met, memory.reuses
+        self._now = memory.now if memory.slots else -np.inf
+
+    def restart(self, time: float, passed: float = _SET) -> float:
         """Go on with a clock that was set back to a time (s); return by how much, s.
 
         Nobody is looked at afterwards: ids that were have to be settled before.
+
+        Args:
+            time: s, on the new clock.
+            passed: s that have passed since the latest frame.
         """
         if self._now == -np.inf:
             return 0.0
-        seconds = time - _SET - self._now
+        seconds = time - passed - self._now
         for body in self._bodies:
             if body.used:
                 body.shift(seconds)
