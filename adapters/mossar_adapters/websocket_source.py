@@ -1,14 +1,12 @@
 """Frames over a WebSocket that listens: pages and programs connect and send JSON, `ws+bind://127.0.0.1:8766`.
 
-A message is a frame or meta map, as over ZeroMQ (`maps.frame_maps`). What a page sent before it went away ends with it:
-its performers leave.
+A message is a frame or meta map, as over ZeroMQ (`maps.frame_maps`). A performer's name belongs to the connection that
+sends it (`receiving.owners`). What a page sent before it went away ends with it: its performers leave.
 """
 
 import math
-import queue
 import time
 from collections.abc import Iterator
-from contextlib import suppress
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from mossar_adapters.address import Address
@@ -16,6 +14,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters
 from mossar_adapters.maps.codec import from_json
 from mossar_adapters.maps.intake import MapIntake
+from mossar_adapters.receiving.fair_queue import FairQueue
 from mossar_adapters.source import Departure, Meta
 from mossar_adapters.websocket_server import OPTIONS as SERVER_OPTIONS
 from mossar_adapters.websocket_server import WebSocketServer
@@ -31,7 +30,7 @@ OPTIONS: Final = {
     **SERVER_OPTIONS,
 }
 MAX_MESSAGE: Final = 128 << 10  # bytes, as over ZeroMQ
-QUEUE: Final = 4096  # messages that wait to be read; then the oldest go
+QUEUE: Final = 4096  # messages that wait to be read; then the oldest of the client with most go
 DRAIN: Final = 512  # messages read before their frames are handed on
 _IDLE: Final = 0.1  # s without a message after which the reader gets None
 GONE: Final = "disconnected"  # reason of takes that end because the sender went away
@@ -73,8 +72,7 @@ class WebSocketSource:
         self.name = address.url
         self.counters = WebSocketCounters()
         self._intake = MapIntake(self.counters, options, address.options.get("performer"))
-        self._inbox: queue.Queue[Message] = queue.Queue(QUEUE)
-        self._performers: dict[int, set[str]] = {}  # of each client
+        self._inbox: FairQueue[Message] = FairQueue(QUEUE)
         self._connected = 0
         self._opened = time.monotonic()
         self._closed = False
@@ -84,18 +82,17 @@ class WebSocketSource:
     def items(self) -> Iterator[Meta | Frames | Departure | None]:
         """Yield metas, chunks of frames and departures; None when nothing came for a tenth of a second."""
         while not self._closed:
-            try:
-                message = self._inbox.get(timeout=_IDLE)
-            except queue.Empty:
+            message = self._inbox.get(_IDLE)
+            if message is None:
                 yield from self._intake.batch.take(time.monotonic() - self._opened)
                 yield None
                 continue
             self._receive(message)
             for _ in range(DRAIN):
-                try:
-                    self._receive(self._inbox.get_nowait())
-                except queue.Empty:
+                message = self._inbox.get(0)
+                if message is None:
                     break
+                self._receive(message)
             yield from self._intake.batch.take()
         yield from self._intake.batch.take(math.inf)
 
@@ -132,29 +129,17 @@ class WebSocketSource:
 
     def _put(self, client: int, text: bytes | None) -> None:
         message = Message(client, text, time.monotonic() - self._opened)
-        while True:
-            try:
-                self._inbox.put_nowait(message)
-            except queue.Full:
-                with suppress(queue.Empty):
-                    self._inbox.get_nowait()
-                    self.counters.late += 1
-            else:
-                return
+        self.counters.late += self._inbox.put(client, message)
 
     def _receive(self, message: Message) -> None:
         if message.text is None:
-            for performer in self._performers.pop(message.client, ()):
-                self._intake.batch.put(Departure(performer, GONE))
-            self._intake.batch.forget(str(message.client))
+            self._intake.leave(str(message.client), GONE)
             return
         self.counters.received += 1
         try:
             found = from_json(message.text)
             if found is not None:
                 self.counters.see(found.type)
-            said = self._intake.put(found, message.arrival, str(message.client))
-            if said is not None:
-                self._performers.setdefault(message.client, set()).add(said.performer)
+            self._intake.put(found, message.arrival, str(message.client))
         except FrameError as error:
             self.counters.reject(str(error))

@@ -159,3 +159,59 @@ def test_two_pages_with_clocks_of_their_own_are_on_one(hear, ahead):
     assert np.allclose(heard.times("p1"), 100 + np.arange(30) / 30)
     assert np.allclose(np.diff(heard.times("p2")), 1 / 30)
     assert np.abs(heard.times("p2") - heard.times("p1")).max() < 0.2
+
+
+def test_two_connections_of_one_name_are_two_performers_each_with_its_clock(source, hear):
+    def send():
+        with (
+            connect(f"ws://127.0.0.1:{source.port}") as one,
+            connect(f"ws://127.0.0.1:{source.port}") as other,
+        ):
+            for k in range(20):
+                one.send(frame(k + 9000, performer="p1"))
+                other.send(frame(k, performer="p1"))
+                time.sleep(0.005)
+            time.sleep(0.3)
+
+    heard = hear(source, send)
+    found = sorted([heard.times("p1"), heard.times("p2")], key=lambda times: times[0] % 1000)
+    for times in found:
+        assert np.allclose(np.diff(times), 1 / 30)
+    assert heard.count("p1") == heard.count("p2") == 20
+    assert not [meta for meta in heard.metas if meta.performer not in {"p1", "p2"}]
+
+
+def test_a_stranger_neither_ends_nor_locks_the_take_of_another(source, hear):
+    def send():
+        with connect(f"ws://127.0.0.1:{source.port}") as good:
+            good.send(json.dumps(META))
+            good.send(frame(0))
+            time.sleep(0.1)
+            with connect(f"ws://127.0.0.1:{source.port}") as stranger:
+                stranger.send(json.dumps({**META, "names": ["only"], "parents": [-1]}))
+                time.sleep(0.1)
+            for k in range(1, 10):
+                good.send(frame(k))
+            time.sleep(0.3)
+
+    heard = hear(source, send)
+    assert heard.count("ann") == 10
+    assert [item.performer for item in heard.items if isinstance(item, Departure)] == ["ann_2", "ann"]
+    assert source.counters.malformed == 0
+
+
+def test_a_client_that_floods_with_names_delays_and_drops_nobody_else(source, hear):
+    def send():
+        with (
+            connect(f"ws://127.0.0.1:{source.port}") as flood,
+            connect(f"ws://127.0.0.1:{source.port}") as good,
+        ):
+            for k in range(3000):
+                flood.send(frame(0, performer=f"x{k}"))
+                if k % 100 == 0:
+                    good.send(frame(k))
+            time.sleep(0.5)
+
+    heard = hear(source, send)
+    assert heard.count("ann") == 30
+    assert len({meta.performer for meta in heard.metas}) < 200

@@ -1,6 +1,7 @@
 """Outputs that fail: full disks, folders that cannot be written, recordings that must not be lost."""
 
 import contextlib
+import errno
 import json
 import os
 import signal
@@ -12,8 +13,11 @@ import pytest
 
 from mossar_adapters.files import FileError, open_recording
 from mossar_adapters.files.output import OutputFile
+from mossar_adapters.files.replacing import Draft
 from mossar_adapters.pipeline.snapshot import Snapshot, read_snapshot, write_snapshot
 from mossar_stream import SnapshotError
+from mossar_tools.console import console
+from mossar_tools.outputs import Outputs
 
 
 def without_run(path):
@@ -165,3 +169,29 @@ def test_a_recording_survives_kill_9_and_goes_on_from_the_snapshot(process, moss
     assert mossar(*arguments)[0] == 0
     first, second = (list(open_recording(path).chunks()) for path in (swing, take))
     assert np.array_equal(*(np.concatenate([c.positions for c in chunks]) for chunks in (first, second)))
+
+
+@pytest.mark.parametrize("option", ["--json", "--csv"])
+def test_an_error_while_a_table_is_written_leaves_the_old_one(tmp_path, mossar, monkeypatch, option):
+    old = tmp_path / "old.txt"
+    old.write_text("old", encoding="utf-8")
+
+    def full(_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Draft, "put", full)
+    status, _, err = mossar("settings", option, old, "--force")
+    assert (status, "No space left" in err) == (1, True)
+    assert old.read_text(encoding="utf-8") == "old"
+
+
+def test_a_batch_that_is_interrupted_keeps_the_rows_of_a_new_table_only(tmp_path):
+    new, old = tmp_path / "new.csv", tmp_path / "old.csv"
+    old.write_text("old", encoding="utf-8")
+    for path in (new, old):
+        outputs = Outputs(None, str(path), None)
+        with contextlib.suppress(KeyboardInterrupt), outputs.csv_rows(("a",), console()) as write:
+            write([{"a": 1}])
+            raise KeyboardInterrupt
+    assert new.read_text(encoding="utf-8").split() == ["a", "1"]
+    assert old.read_text(encoding="utf-8") == "old"

@@ -6,6 +6,7 @@ import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_adapters.files.output import OutputError
+from mossar_adapters.files.replacing import Draft
 from mossar_adapters.table_text import csv_text
 from mossar_stream import Result, joint_angles
 from mossar_tools.errors import UsageError
@@ -32,7 +33,7 @@ def write_curves(path: Path, whole: LoadedRecording, result: Result, palette: Pa
         raise UsageError(f"{whole.name}: no angles: its joints are not known by name")
     if path.suffix.lower() == ".csv":
         try:
-            with path.open("w", encoding="utf-8", newline="") as file:
+            with Draft(path) as draft, draft.path.open("w", encoding="utf-8", newline="") as file:
                 file.write(csv_text([["time", *angles]]))
                 for time, *values in zip(whole.times, *angles.values(), strict=True):
                     cells = ["" if np.isnan(value) else f"{value:.2f}" for value in values]

@@ -173,6 +173,7 @@ def run_command(
         MossarError: If something is wrong with the arguments, or what they name.
     """
     from mossar_tools.options import parse
+    from mossar_tools.places import check_command
 
     parser = parser_of(prog, command)
     try:
@@ -187,6 +188,7 @@ def run_command(
         from mossar_tools.opening import spelled_out
 
         options = spelled_out(options)
+    check_command(prog.rsplit(maxsplit=1)[-1], options)
     return command.run(options, terminal)
 
 

@@ -21,7 +21,7 @@ from mossar_stream import MossarError
 from mossar_tools.errors import UsageError
 
 # Not by these names, or not at all.
-_ELSEWHERE = {"set", "file", "target", "check", "begin", "plot_to"}
+_ELSEWHERE = {"set", "config", "file", "target", "check", "begin", "plot_to"}
 _NOT_HERE = ("plot_to",)  # --to of a picture is no sink, which is what `to` means in a file
 
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from mossar_adapters.files.replacing import Draft
 from mossar_stream import MossarError
 from mossar_tools.errors import UsageError
 from mossar_tools.palette import Palette
@@ -64,6 +65,10 @@ def save(figure: Any, path: Path | BinaryIO) -> None:
         MossarError: If the file cannot be written.
     """
     try:
-        figure.savefig(path, dpi=DPI)
+        if isinstance(path, Path):
+            with Draft(path) as draft:
+                figure.savefig(draft.path, dpi=DPI)
+        else:
+            figure.savefig(path, dpi=DPI)
     except OSError as error:
         raise MossarError(f"{path}: cannot be written: {error.strerror or error}") from None

@@ -1,9 +1,8 @@
 """Opening: what a source or sink on the command line stands for."""
 
 import logging
-import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path, PurePath
 
 import msgspec
@@ -136,27 +135,6 @@ def sink_of(url: str, options: Options, positions: Mapping[str, int | None]) -> 
     if PurePath(parse_url(url).path).suffix.lower() == ".msk":
         return open_frame_sink(url, force=options.force, position=position)
     return open_sink(url, force=options.force, position=position)
-
-
-def check_no_clash(sources: Sequence[str], sinks: Sequence[str]) -> None:
-    """Refuse to write a file that is read, or twice at once.
-
-    Raises:
-        UsageError: If a sink is named twice, or is one of the sources.
-    """
-    taken = {_place(url) for url in sources if parse_url(url).scheme != "-"}
-    for url in sinks:
-        place = _place(url)
-        if place in taken:
-            raise UsageError(
-                f"{url}: it is a source here, or another sink; nothing can be both, write another file"
-            )
-        taken.add(place)
-
-
-def _place(url: str) -> str:
-    address = parse_url(url)
-    return os.path.realpath(address.path) if address.scheme == "file" else url
 
 
 def _log_notes(name: str, notes: tuple[str, ...]) -> None:

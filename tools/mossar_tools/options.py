@@ -43,6 +43,7 @@ class Options(msgspec.Struct, frozen=True):
     """Values of all options of all commands; those that a command does not have keep their defaults."""
 
     sources: tuple[str, ...] = ()
+    config: str | None = None
     file: str = ""
     target: str = ""
     resume: bool = False
@@ -193,7 +194,7 @@ def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
     configured = read_configuration(Path(path), parser, Options.__struct_fields__) if path else {}
     settings = {**configured.pop("set", {}), **own}
     given = {name: value for name, value in given.items() if value not in ([], None)}
-    merged = {**configured, **given, "set": settings}
+    merged = {**configured, **given, "config": path, "set": settings}
     if merged.get("quiet") and merged.get("verbose"):
         raise UsageError("--quiet and --verbose cannot be wanted at once")
     if merged.get("remember") is not None and merged.get("people") is None:

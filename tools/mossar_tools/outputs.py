@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Self
 import msgspec
 
 from mossar_adapters.files.output import OutputError
+from mossar_adapters.files.replacing import Draft
 from mossar_adapters.table_text import csv_text
 from mossar_tools.console import Console, is_terminal
 from mossar_tools.errors import UsageError
@@ -51,15 +52,9 @@ class Outputs(NamedTuple):
             from mossar_tools.figures import check_picture
 
             picture = check_picture(options.plot)
-        named = [
-            name
-            for name in (options.json, options.csv, options.plot, options.curves, *options.export)
-            if name not in {None, STANDARD_OUTPUT}
-        ]
-        if len(set(named)) < len(named):
-            raise UsageError(f"{named[0]}: every output needs a file of its own")
-        for name in named:
-            _check(Path(name or ""), force=options.force)
+        for name in (options.json, options.csv, options.plot, options.curves, *options.export):
+            if name is not None and name != STANDARD_OUTPUT:
+                _check(Path(name), force=options.force)
         exports = tuple(Path(name) for name in options.export)
         for path in exports:
             from mossar_adapters.annotations.c3d import check_source, is_c3d
@@ -75,7 +70,7 @@ class Outputs(NamedTuple):
             from mossar_adapters.files.clips import check_clips
 
             clips = Path(options.cut)
-            check_clips(clips, replace=options.force)
+            check_clips(clips, options.sources, replace=options.force)
         curves = None if options.curves is None else Path(options.curves)
         if curves is not None and curves.suffix.lower() != ".csv":
             from mossar_tools.figures import check_picture
@@ -157,7 +152,8 @@ def _lines(place: str | None, console: Console) -> Iterator[Callable[[str], None
         yield lambda text: console.line(text.rstrip("\n")) if text else None
     else:
         with _file_errors(place):
-            file = Path(place).open("w", encoding="utf-8", newline="")  # noqa: SIM115 - closed below
+            draft = Draft(place)
+            file = draft.path.open("w", encoding="utf-8", newline="")
 
         def write(text: str) -> None:
             with _file_errors(place):
@@ -165,9 +161,17 @@ def _lines(place: str | None, console: Console) -> Iterator[Callable[[str], None
 
         try:
             yield write
-        finally:
             with _file_errors(place):
                 file.close()
+        except BaseException:
+            with contextlib.suppress(OSError):
+                file.close()
+            with _file_errors(place):
+                # What there is of a new file is kept, as of a long batch that was interrupted.
+                draft.drop() if draft.replaces else draft.put()
+            raise
+        with _file_errors(place):
+            draft.put()
         console.say(f"written: {place}")
 
 

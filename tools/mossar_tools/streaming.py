@@ -22,7 +22,7 @@ from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.explaining import line_of
 from mossar_tools.live_view import LiveView
 from mossar_tools.moves_file import Follow, moves_to_follow
-from mossar_tools.opening import check_no_clash, sink_of, source_of
+from mossar_tools.opening import sink_of, source_of
 from mossar_tools.options import Options
 from mossar_tools.signals import stopping
 
@@ -202,7 +202,6 @@ def _opened_sinks(
 ) -> list[Sink | FrameSink]:
     """Open the sinks; those that cannot be written, if there are others, become `missing`."""
     wanted: Sequence[str] = options.to or (() if is_terminal(console.out) else ("-",))
-    check_no_clash(options.sources, wanted)
     sinks: list[Sink | FrameSink] = []
     for place, url in enumerate(wanted, 1):
         try:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.annotations.tiers import AnnotationError, Tier
+from mossar_adapters.files.replacing import Draft
 
 TASKS, INTERFACE = ".json", ".xml"
 MODEL = "mossar-stream"
@@ -56,7 +57,8 @@ def write_label_studio(
         task = {"data": data, "predictions": [{"model_version": MODEL, "result": results}]}
         text = msgspec.json.format(msgspec.json.encode([task]), indent=1).decode() + "\n"
     try:
-        path.write_text(text, encoding="utf-8")
+        with Draft(path) as draft:
+            draft.path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise AnnotationError(f"{path}: cannot be written: {error.strerror or error}") from None
 

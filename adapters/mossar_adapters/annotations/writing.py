@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from mossar_adapters.annotations.tiers import AnnotationError, Mark, Tier
 from mossar_adapters.extras import installed, needed
+from mossar_adapters.files.replacing import Draft
 from mossar_adapters.table_text import cell
 
 EXTRA, _LIBRARY = "annotate", "pympi"
@@ -39,7 +40,8 @@ def write_annotations(path: str | Path, tiers: Sequence[Tier], duration: float) 
     path = Path(path)
     found = _format_of(path)
     try:
-        found.write(path, tiers, duration)
+        with Draft(path) as draft:
+            found.write(draft.path, tiers, duration)
     except OSError as error:
         raise AnnotationError(f"{path}: cannot be written: {error.strerror or error}") from None
 
@@ -67,7 +69,7 @@ def _write_eaf(path: Path, tiers: Sequence[Tier], _: float) -> None:
         for mark in tier.marks:
             start = round(mark.start * 1000)
             document.add_annotation(tier.name, start, max(round(mark.end * 1000), start + 1), mark.label)
-    path.unlink(missing_ok=True)  # pympi keeps a copy of what it replaces
+    path.unlink()  # pympi keeps a copy of what it replaces
     Elan.to_eaf(str(path), document)
 
 
@@ -87,7 +89,7 @@ def _write_template(path: Path, tiers: Sequence[Tier], _: float) -> None:
         own = {"LINGUISTIC_TYPE_ID": kind, "TIME_ALIGNABLE": "true", "GRAPHIC_REFERENCES": "false"}
         document.add_linguistic_type(kind, param_dict={**own, "CONTROLLED_VOCABULARY_REF": words})
         document.add_tier(tier.name, kind)
-    path.unlink(missing_ok=True)
+    path.unlink()
     Elan.to_eaf(str(path), document)
 
 

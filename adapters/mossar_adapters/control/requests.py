@@ -113,7 +113,10 @@ def carry_out(pipeline: Pipeline, request: Request) -> dict[str, object]:
     if len(asked) != 1:
         raise SettingsError('a request has one of "set", "get" and "do"')
     if request.get == "people" or request.do in _OF_PEOPLE or _OF_SLOTS & (request.set or {}).keys():
-        return {"value": of_people(pipeline, request)}
+        value = of_people(pipeline, request)
+        if request.get is None:
+            pipeline.upkeep.save(pipeline)
+        return {"value": value}
     pool, performer = pipeline.pool, request.performer
     if FOLLOW in (request.set or {}):
         return {"value": {FOLLOW: set_follow(pipeline, request)}}

@@ -24,6 +24,7 @@ from mossar_adapters.files.c3d_parameters import (
 )
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.output import OutputError
+from mossar_adapters.files.replacing import Draft
 
 MOST_BLOCKS = 255  # of parameters: their number is one byte
 MOST = 255  # elements of a dimension: a byte, too
@@ -182,9 +183,8 @@ class C3dCopy:
         """
         section = self._section()
         behind = (self._place + self._blocks) * BLOCK
-        fresh = target.with_name(f"{target.name}.part")
         try:
-            with self.path.open("rb") as source, fresh.open("wb") as file:
+            with Draft(target) as draft, self.path.open("rb") as source, draft.path.open("wb") as file:
                 file.write(self._first)
                 source.seek(BLOCK)
                 file.write(source.read(max(0, self._place * BLOCK - BLOCK)))
@@ -197,9 +197,7 @@ class C3dCopy:
                     file.write(source.read(start - behind))
                     _copy(source, begin, size, file)
                     file.write(b"\0" * (-file.tell() % BLOCK))
-            fresh.replace(target)
         except OSError as error:
-            fresh.unlink(missing_ok=True)
             raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from None
 
     def _section(self) -> bytes:

@@ -17,15 +17,22 @@ from mossar_adapters.files.loaded import LoadedRecording
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.output import OutputError
 from mossar_adapters.files.registry import format_of
+from mossar_adapters.files.replacing import Draft, check_places
 from mossar_adapters.files.trials import trc_lines, trc_part, write_c3d_trial
 from mossar_adapters.table_text import csv_text
 from mossar_stream import Segment
 
 TABLE = "clips.csv"
+_NAME = re.compile(rf"{re.escape(TABLE)}|.*-\d{{4,}}(-.*)?\.\w+")  # of what clips are written to
 
 
-def check_clips(folder: Path, *, replace: bool) -> None:
+def check_clips(folder: Path, read: Sequence[str] = (), *, replace: bool) -> None:
     """Check that clips can be written to a folder, which is made if it is not there.
+
+    Args:
+        folder: Where to.
+        read: Recordings that are read, none of which a clip replaces.
+        replace: Whether files in the folder may be replaced.
 
     Raises:
         FileError: If they cannot, or there is something in it and `replace` is not given.
@@ -36,6 +43,7 @@ def check_clips(folder: Path, *, replace: bool) -> None:
         raise FileError(folder, f"there is no folder {folder.parent}")
     if folder.exists() and any(folder.iterdir()) and not replace:
         raise FileError(folder, "there are files in it already; --force writes among them")
+    check_places(read, [str(path) for path in folder.glob("*") if _NAME.fullmatch(path.name)])
 
 
 class Clip(NamedTuple):
@@ -88,7 +96,8 @@ def write_clips(
     try:
         folder.mkdir(exist_ok=True)
         for name, clip in zip(names, clips, strict=True):
-            write(folder / name, clip)
+            with Draft(folder / name) as draft:
+                write(draft.path, clip)
         _write_table(folder / TABLE, [{"clip": n, **row} for n, row in zip(names, rows, strict=True)])
     except OSError as error:
         raise OutputError(f"{folder}: clips cannot be written: {error.strerror or error}") from None
@@ -140,4 +149,5 @@ def _write_npz(path: Path, whole: LoadedRecording, span: slice) -> None:
 def _write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     columns = list(rows[0]) if rows else ["clip"]
     text = csv_text([columns, *([row.get(column, "") for column in columns] for row in rows)])
-    path.write_bytes(text.encode())
+    with Draft(path) as draft:
+        draft.path.write_bytes(text.encode())

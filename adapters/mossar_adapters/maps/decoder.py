@@ -12,6 +12,7 @@ from mossar_adapters.maps.frame_maps import (
     positions_of_map,
 )
 from mossar_adapters.receiving.names import distinct_name
+from mossar_adapters.receiving.owners import Owners
 from mossar_adapters.receiving.pose import Pose, check_time
 from mossar_adapters.receiving.senders import Senders
 from mossar_adapters.receiving.sequence import Sequences
@@ -32,6 +33,11 @@ class MapDecoder:
         self._fps = options.fps
         self._scale = METRES.get(options.unit, 1.0)
         self._names = None if performer is None else Senders(performer)
+        self._owners = Owners()
+
+    def forget(self, sender: str) -> list[str]:
+        """Forget a sender that is gone for good; return the performers that were its own."""
+        return self._owners.forget(sender)
 
     def receive(self, found: FrameMap | MetaMap, arrival: float, sender: str = "") -> Meta | Pose:
         """Return what a map says.
@@ -39,7 +45,7 @@ class MapDecoder:
         Args:
             found: The map.
             arrival: When it came, s.
-            sender: Distinguishes senders, where that is known.
+            sender: Distinguishes connections, where that is known: a name belongs to one of them.
 
         Raises:
             FrameError: If it cannot be used.
@@ -47,6 +53,8 @@ class MapDecoder:
         name = distinct_name(found.performer)
         if self._names is not None:
             name = self._names.name("", name)
+        if sender:
+            name = self._owners.name(sender, name, arrival)
         if isinstance(found, MetaMap):
             meta = meta_of_map(found)
             return Meta(name, meta.skeleton, meta.fps or self._fps, meta.unit)

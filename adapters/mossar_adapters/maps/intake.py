@@ -6,7 +6,7 @@ from mossar_adapters.maps.decoder import MapDecoder
 from mossar_adapters.maps.frame_maps import FrameMap, MetaMap
 from mossar_adapters.receiving.batch import Batch
 from mossar_adapters.receiving.pose import Pose
-from mossar_adapters.source import Meta
+from mossar_adapters.source import Departure, Meta
 
 
 class MapIntake:
@@ -39,7 +39,7 @@ class MapIntake:
         Args:
             found: What was decoded; None for another type.
             arrival: When it came, s.
-            sender: Distinguishes senders, where that is known.
+            sender: Distinguishes connections, where that is known: a name belongs to one of them.
 
         Raises:
             FrameError: If it cannot be used.
@@ -51,3 +51,9 @@ class MapIntake:
         said = self._maps.receive(found, arrival, sender)
         self.batch.put(said)
         return said
+
+    def leave(self, sender: str, reason: str) -> None:
+        """Let the performers of a connection leave, for it is gone."""
+        for performer in self._maps.forget(sender):
+            self.batch.put(Departure(performer, reason))
+        self.batch.forget(sender)

@@ -19,7 +19,6 @@ _LATE: Final = 2.5  # times as long as usual between two frames: somebody else m
 _SMOOTH: Final = 0.1  # share of each new time between frames
 _MARK: Final = 0.15  # s between two poses that a velocity is taken of
 _FASTEST: Final = 2.5  # m/s of a whole body; what is more is noise
-_AHEAD: Final = 0.6  # s that a person is expected to walk on
 
 
 class Body:
@@ -174,26 +173,14 @@ class Body:
         self._older, self._older_time = self._mark, self._mark_time
         self._mark, self._mark_time, self._mark_due = pose, time, time + _MARK
 
-    def expected(self, time: float) -> NDArray[Any]:
-        """Return where the pose would be at a time (s) if the person had walked on for a little."""
+    def velocity(self) -> NDArray[np.float64]:
+        """Return how fast the whole body went when it was last seen, (3,) m/s."""
         span = self.time - self._older_time
         if span <= 0:
-            return self.pose
+            return np.zeros(3)
         velocity = (centre(self.pose) - centre(self._older)) / span
         speed = float(np.sqrt(velocity @ velocity))
-        velocity *= min(1.0, _FASTEST / max(speed, 1e-9))
-        return self.pose + velocity * min(time - self.time, _AHEAD)
-
-    def distance(self, pose: NDArray[Any], time: float) -> float:
-        """Return how far a pose is from where it would be expected, m."""
-        there = self.expected(time)
-        if time - self.time > PAUSE or len(pose) != len(there):
-            away = centre(pose) - centre(there)
-            return float(np.sqrt(away @ away))
-        steps = pose - there
-        squares = np.einsum("jk,jk->j", steps, steps)
-        squares = squares[~np.isnan(squares)]  # ten times as fast as `np.nanmean` on few numbers
-        return float(np.sqrt(squares.sum() / len(squares))) if len(squares) else float("nan")
+        return velocity * min(1.0, _FASTEST / max(speed, 1e-9))
 
 
 def filled(pose: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:

@@ -5,14 +5,15 @@ person would be expected, which is known the worse the longer nobody has seen th
 Bones: the medians of both, as shares of the length, beside what the poses of one person vary by.
 """
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_adapters.people.body import Body
-from mossar_adapters.people.samples import Bones, Samples, median
+from mossar_adapters.people.body import PAUSE, Body, centre
+from mossar_adapters.people.newcomer import Newcomer
+from mossar_adapters.people.samples import Bones, median
 from mossar_stream import Skeleton
 
 LOST: Final = 2.0  # s after which the place says nothing any more
@@ -20,6 +21,7 @@ LOST: Final = 2.0  # s after which the place says nothing any more
 _NEAR: Final = 0.08  # m that a place is off by at once
 _WANDER: Final = 0.7  # m/s that is added while nobody sees the person
 _REACH: Final = 0.4  # m
+_AHEAD: Final = 0.6  # s that a person is expected to walk on
 _STRIDE: Final = 4.0  # m/s; a body farther away than these two allow is another person
 _ANYWHERE: Final = 0.93  # of a newcomer on a stage of 4 m by 4 m, as a density
 _INDEPENDENT: Final = 8.0  # bones that count as independent of each other
@@ -39,41 +41,48 @@ class Likeness:
     def __init__(self) -> None:
         self._bones: dict[Skeleton, Bones] = {}
 
-    def against_place(self, body: Body, pose: NDArray[Any], time: float) -> float:
-        """Return what the place says against a pose being the body's; infinite if nobody gets there in time."""
-        gap = time - body.time
-        if gap > LOST:
-            return _spread(LOST) + 0.5
-        distance = body.distance(pose, time)
-        if not distance <= _REACH + _STRIDE * gap:
-            return float("inf")
-        wide = _NEAR + _WANDER * gap
-        return distance * distance / (2 * wide * wide) + _spread(gap)
-
     def against_stranger(self) -> float:
         """Return what speaks against somebody who was never here."""
         return _ANYWHERE + _INDEPENDENT * _STRANGE
 
-    def against_bones(
-        self, body: Body, samples: Samples, skeleton: Skeleton | None, bodies: Iterable[Body]
-    ) -> float:
-        """Return what the lengths of bones say against a newcomer being the body's person.
+    def against(
+        self, newcomers: Sequence[Newcomer], bodies: Sequence[Body], owners: Sequence[Body | None]
+    ) -> NDArray[np.float64]:
+        """Return what speaks against each newcomer being each body's person, (n, m); infinite if it cannot be.
 
         Args:
-            body: Of the slot.
-            samples: Of the newcomer.
-            skeleton: Of the newcomer.
-            bodies: All bodies that the noise is estimated from.
+            newcomers: n of them.
+            bodies: m of them, the noise of whose bones is estimated from all.
+            owners: The body that has each newcomer's id, of which a place farther off than anybody gets says little.
         """
-        if skeleton is None or body.skeleton != skeleton or not len(samples) or not len(body.samples):
-            return _INDEPENDENT * _STRANGE  # says nothing
+        places = _Places(bodies)
+        found = np.array([places.against(one) for one in newcomers])
+        for row, one, owner in zip(found, newcomers, owners, strict=True):
+            if owner is not None and one.first - owner.time <= LOST:
+                row[owner.number] = min(row[owner.number], self.against_stranger())
+        for skeleton in {one.skeleton for one in newcomers}:
+            rows = [k for k, one in enumerate(newcomers) if one.skeleton == skeleton]
+            found[rows] += self._against_bones([newcomers[k] for k in rows], skeleton, bodies)
+        return found
+
+    def _against_bones(
+        self, newcomers: Sequence[Newcomer], skeleton: Skeleton | None, bodies: Sequence[Body]
+    ) -> NDArray[np.float64]:
+        """Return what the lengths of bones say against newcomers of one skeleton, (n, m)."""
+        found = np.full((len(newcomers), len(bodies)), _INDEPENDENT * _STRANGE)  # says nothing
+        alike = [k for k, body in enumerate(bodies) if body.skeleton == skeleton and len(body.samples)]
+        if skeleton is None or not alike:
+            return found
         bones = self._bones_of(skeleton)
-        off = samples.summary(bones)[0] - body.samples.summary(bones)[0]
-        share = off / self._noise(bones, skeleton, bodies)
-        share = share[~np.isnan(share)]
-        if not len(share):
-            return _INDEPENDENT * _STRANGE
-        return _INDEPENDENT * float(np.minimum(share * share / 2, _CAP).mean())
+        known = np.array([bodies[k].samples.summary(bones)[0] for k in alike])
+        noise = self._noise(bones, skeleton, bodies)
+        for row, one in zip(found, newcomers, strict=True):
+            share = (one.samples.summary(bones)[0] - known) / noise
+            missing = np.isnan(share)
+            clipped = np.minimum(np.where(missing, 0.0, share * share / 2), _CAP).sum(axis=1)
+            seen = share.shape[1] - missing.sum(axis=1)
+            row[alike] = np.where(seen, _INDEPENDENT * clipped / np.maximum(seen, 1), row[alike])
+        return found
 
     def _bones_of(self, skeleton: Skeleton) -> Bones:
         known = self._bones.get(skeleton)
@@ -83,7 +92,7 @@ class Likeness:
             known = self._bones[skeleton] = Bones(skeleton)
         return known
 
-    def _noise(self, bones: Bones, skeleton: Skeleton, bodies: Iterable[Body]) -> NDArray[np.float64]:
+    def _noise(self, bones: Bones, skeleton: Skeleton, bodies: Sequence[Body]) -> NDArray[np.float64]:
         """Return what each bone of one person varies by, as a share, (B,)."""
         known = [b.samples for b in bodies if b.skeleton == skeleton and len(b.samples) >= _FEW]
         if not known:
@@ -96,5 +105,42 @@ class Likeness:
         return noise
 
 
-def _spread(gap: float) -> float:
-    return 2 * float(np.log(_NEAR + _WANDER * gap))
+class _Places:
+    """Where people are expected, so that newcomers can be compared with all of them at once.
+
+    Args:
+        bodies: m of them.
+    """
+
+    def __init__(self, bodies: Sequence[Body]) -> None:
+        self._bodies = bodies
+        self._times = np.array([body.time for body in bodies])  # s, when last seen
+        self._velocities = np.array([body.velocity() if body.used else np.zeros(3) for body in bodies])
+        self._middles = np.array([centre(body.pose) for body in bodies])  # (m, 3) metres
+
+    def against(self, newcomer: Newcomer) -> NDArray[np.float64]:
+        """Return what the place says against a newcomer being each body, (m,); infinite if nobody gets there so soon."""
+        gaps = np.maximum(newcomer.first - self._times, 0.0)
+        moved = self._velocities * np.minimum(gaps, _AHEAD)[:, None]
+        away = centre(newcomer.seen) - (self._middles + moved)
+        distances = np.sqrt(np.einsum("mk,mk->m", away, away))
+        for k in np.flatnonzero(gaps <= PAUSE):
+            if len(self._bodies[k].pose) == len(newcomer.seen):
+                distances[k] = _apart(newcomer.seen, self._bodies[k].pose + moved[k])
+        lately = np.minimum(gaps, LOST)
+        wide = _NEAR + _WANDER * lately
+        found = distances * distances / (2 * wide * wide) + _spread(lately)
+        found[~(distances <= _REACH + _STRIDE * gaps)] = np.inf
+        return np.where(gaps > LOST, _spread(LOST) + 0.5, found)
+
+
+def _apart(pose: NDArray[Any], there: NDArray[Any]) -> float:
+    """Return how far the joints of two poses are apart, root mean square, m; NaN if none is in both."""
+    steps = pose - there
+    squares = np.einsum("jk,jk->j", steps, steps)
+    squares = squares[~np.isnan(squares)]  # ten times as fast as `np.nanmean` on few numbers
+    return float(np.sqrt(squares.sum() / len(squares))) if len(squares) else float("nan")
+
+
+def _spread(gaps: Any) -> Any:
+    return 2 * np.log(_NEAR + _WANDER * gaps)

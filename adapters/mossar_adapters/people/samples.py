@@ -1,6 +1,6 @@
 """Samples: the lengths of a person's bones, as medians over a fixed number of poses."""
 
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,19 @@ class Samples:
         self._count = 0  # samples so far, not counting those that were thinned out
         self._spacing = spacing  # s
         self._summary: tuple[Bones, NDArray[np.float64], NDArray[np.float64]] | None = None  # until the next
+
+    @classmethod
+    def of(cls, poses: NDArray[np.float32], joints: int) -> Self:
+        """Return samples that begin with poses (n, J, 3), metres, of an earlier run."""
+        found = cls(joints)
+        found._poses[: len(poses)] = poses
+        found._count = len(poses)
+        return found
+
+    @property
+    def poses(self) -> NDArray[np.float32]:
+        """The poses, (n, J, 3) metres."""
+        return self._poses[: len(self)]
 
     def __len__(self) -> int:
         return min(self._count, SAMPLES)

@@ -19,6 +19,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mossar_adapters.people.assignment import left_to_others
 from mossar_adapters.people.body import PAUSE, Body, centre
 from mossar_adapters.people.given import (
     MOST,
@@ -31,8 +32,10 @@ from mossar_adapters.people.given import (
     nearby,
 )
 from mossar_adapters.people.likeness import LOST, Likeness
+from mossar_adapters.people.memory import Memory, persons_of, put_person
+from mossar_adapters.people.newcomer import Newcomer
 from mossar_adapters.people.samples import Samples
-from mossar_stream import FrameError, SettingsError, Skeleton
+from mossar_stream import FrameError, SettingsError, Skeleton, SnapshotError
 
 REMEMBERED: Final = 600.0  # s
 REFUSED: Final = ""  # instead of a slot
@@ -50,7 +53,7 @@ _WATCHED: Final = 2.0  # s that a newcomer is looked at
 _CLEAR: Final = 4.0  # by which the likeliest must be ahead: 50 to 1
 _KNOWN: Final = 4.0  # against a stranger with a known id, of a tracker that was never seen to reuse one
 _KEPT: Final = 1.0  # for the person who had the id less than `LOST` ago, of such a tracker
-_TOGETHER: Final = 4  # others who are looked at and decided on together with a newcomer
+_TOGETHER: Final = 4  # others who are looked at, and decided on together with the newcomers of a moment
 _FAITHFUL: Final = 3.0  # by which another slot must be likelier than one's own
 _UNLIKELY: Final = 3.0  # against strangers while somebody is missed for less than `LOST`
 _NEARER: Final = 0.3  # m by which another must be nearer, so that two beside each other do not take turns
@@ -77,20 +80,6 @@ class Change(msgspec.Struct, frozen=True):
     how: How
     away: float = 0.0
     another: bool = False
-
-
-class _Newcomer(msgspec.Struct):
-    """An id without a slot."""
-
-    id: str
-    first: float  # s
-    last: float
-    due: float  # s, when it is looked at next
-    samples: Samples
-    seen: NDArray[Any]  # (J, 3) metres, at first
-    pose: NDArray[Any]  # now
-    skeleton: Skeleton | None
-    refused: bool = False
 
 
 class _Option(NamedTuple):
@@ -135,7 +124,7 @@ class Slots:
         count = self.people if isinstance(self.people, int) else _CANDIDATES
         self._bodies = [Body(f"p{i + 1}", i) for i in range(count)]
         self._ids: dict[str, Body] = {}
-        self._newcomers: OrderedDict[str, _Newcomer] = OrderedDict()
+        self._newcomers: OrderedDict[str, Newcomer] = OrderedDict()
         self._skeletons: OrderedDict[str, Skeleton] = OrderedDict()
         self._separate: OrderedDict[str, None] = OrderedDict()  # ids that may be of other senders
         self._former: OrderedDict[str, int] = OrderedDict()  # who had an id last: `Body.met`
@@ -272,14 +261,47 @@ class Slots:
             for verdict in (verdicts[ident] for ident, _ in found)
         ]
 
-    def restart(self, time: float) -> float:
+    def to_bytes(self) -> bytes:
+        """Return what is known of people, for `recall`."""
+        chosen = None if self._chosen is None else self._chosen.number
+        former = dict(self._former)
+        people = persons_of(self._bodies)
+        now = self._now if people else 0.0
+        return Memory(self.people, now, self._met, self._reuses, former, chosen, people).to_bytes()
+
+    def recall(self, data: bytes) -> None:
+        """Go on with the people of an earlier run; `restart` says when. Slots beyond those of now are left out.
+
+        Raises:
+            SnapshotError: If the bytes are damaged, or the only slot was for others.
+        """
+        memory = Memory.from_bytes(data)
+        if self._chooses != (memory.people if isinstance(memory.people, str) else None):
+            raise SnapshotError(f"the people of the snapshot were followed with --people {memory.people}")
+        for person in memory.slots:
+            if person.number < len(self._bodies):
+                body = self._bodies[person.number]
+                put_person(body, person)
+                if person.id is not None:
+                    self._ids[person.id] = body
+                if person.number == memory.chosen:
+                    self._chosen = body
+        self._former = OrderedDict(memory.former)
+        self._met, self._reuses = memory.met, memory.reuses
+        self._now = memory.now if memory.slots else -np.inf
+
+    def restart(self, time: float, passed: float = _SET) -> float:
         """Go on with a clock that was set back to a time (s); return by how much, s.
 
         Nobody is looked at afterwards: ids that were have to be settled before.
+
+        Args:
+            time: s, on the new clock.
+            passed: s that have passed since the latest frame.
         """
         if self._now == -np.inf:
             return 0.0
-        seconds = time - _SET - self._now
+        seconds = time - passed - self._now
         for body in self._bodies:
             if body.used:
                 body.shift(seconds)
@@ -415,14 +437,35 @@ class Slots:
     ) -> dict[str, Body | str | None]:
         """Find the slots of poses that do not go on from the frame before."""
         newcomers = [self._newcomer(ident, pose, time) for ident, pose in found]
+        against = self._against(newcomers)
         verdicts: dict[str, Body | str | None] = {}
         while newcomers:
-            # The clearest case first; what it takes is no longer open to the others.
-            options = [self._together(one, self._options(one)) for one in newcomers]
-            i = max(range(len(newcomers)), key=lambda k: _lead(options[k]))
-            clearest = newcomers.pop(i)
-            verdicts[clearest.id] = self._settled(clearest, options[i], time, at_once=at_once)
+            # The clearest cases first; what they take is no longer open to the others.
+            options = self._together(newcomers, against)
+            newcomers.sort(key=lambda one: -_lead(options[one.id]))
+            taken: set[int] = set()
+            for one in newcomers:
+                if taken.isdisjoint(o.number for o in options[one.id]) and self._is_decided(
+                    one, options[one.id], time, at_once=at_once
+                ):
+                    body = self._settled(one, options[one.id], time)
+                    verdicts[one.id] = body
+                    taken.add(body.number)
+            newcomers = [one for one in newcomers if one.id not in verdicts]
+            if not taken:
+                break
+        for one in newcomers:
+            verdicts[one.id] = self._unsettled(one, options[one.id], time, at_once=at_once)
         return verdicts
+
+    def _against(self, newcomers: Sequence[Newcomer]) -> dict[str, list[float]]:
+        """Return what speaks against newcomers of a moment, and others who are looked at, being each slot's person."""
+        here = {one.id for one in newcomers}
+        waiting = [one for one in self._newcomers.values() if not one.refused and one.id not in here]
+        rows = [*newcomers, *waiting[:_TOGETHER]]
+        owners = [self._ids.get(one.id) for one in rows]
+        found = self._likeness.against(rows, self._bodies, owners).tolist()
+        return {one.id: row for one, row in zip(rows, found, strict=True)}
 
     def _unseen(self, ident: str, time: float) -> str | None:
         """Pass over a frame without a joint, of an id without a slot: nobody is seen who could get one."""
@@ -432,12 +475,12 @@ class Slots:
         known.last = time
         return REFUSED if known.refused else UNDECIDED
 
-    def _newcomer(self, ident: str, pose: NDArray[Any], time: float) -> _Newcomer:
+    def _newcomer(self, ident: str, pose: NDArray[Any], time: float) -> Newcomer:
         known = self._newcomers.get(ident)
         if known is not None and known.refused and self._has_room(known):
             known.first, known.seen = time, pose  # it is a newcomer again
         if known is None or time - known.last > 2 * PAUSE:
-            known = _Newcomer(
+            known = Newcomer(
                 ident, time, time, time, Samples(len(pose), 0.0), pose, pose, self._skeletons.get(ident)
             )
             self._newcomers[ident] = known
@@ -447,21 +490,23 @@ class Slots:
         known.samples.add(pose, time)
         return known
 
-    def _options(self, newcomer: _Newcomer) -> list[_Option]:
-        """Return the people that an id may be, the likeliest first."""
+    def _options(self, newcomer: Newcomer, speaks: Sequence[float]) -> list[_Option]:
+        """Return the people that an id may be, the likeliest first.
+
+        Args:
+            newcomer: The id.
+            speaks: What speaks against its being the person of each slot.
+        """
         own = self._ids.get(newcomer.id)
         start = newcomer.first
-        missed = [b for b in self._bodies if b.used and b.time < start and not self._is_forgotten(b, start)]
+        missed = self._missed(start)
         if len(missed) == 1 and missed[0] is own and start - own.time <= LOST:
             return [_Option(0.0, own.number, own)]  # nobody else is missing
         found = []
         for body in missed:
-            against = self._likeness.against_place(body, newcomer.seen, start)
-            if body is own and start - body.time <= LOST:
-                against = min(against, self._likeness.against_stranger())
+            against = speaks[body.number]
             if against == float("inf"):
                 continue
-            against += self._likeness.against_bones(body, newcomer.samples, newcomer.skeleton, self._bodies)
             if body.pinned and self._is_strange(against, start - body.time):
                 continue  # the slot is kept for its person
             if body.id == newcomer.id and start - body.time <= LOST and not self._reuses:
@@ -478,19 +523,30 @@ class Slots:
             found.append(_Option(against, room.number, room, stranger=True))
         return sorted(found, key=lambda option: option[:2])
 
-    def _together(self, newcomer: _Newcomer, options: list[_Option]) -> list[_Option]:
-        """Return options with what they leave to the others who are looked at, the likeliest first."""
-        if len(options) < 2:
+    def _missed(self, time: float) -> list[Body]:
+        """Return the bodies of people who are away at a time (s), and not forgotten."""
+        longest = max(self.remember, LOST)
+        return [b for b in self._bodies if b.met and b.time < time and (time - b.time <= longest or b.pinned)]
+
+    def _together(
+        self, newcomers: Sequence[Newcomer], against: dict[str, list[float]]
+    ) -> dict[str, list[_Option]]:
+        """Return the options of each newcomer with what they leave to the others, the likeliest first."""
+        here = {one.id for one in newcomers}
+        waiting = [one for one in self._newcomers.values() if one.id in against and one.id not in here]
+        rows = [*newcomers, *waiting][: MOST + _TOGETHER]
+        options = {one.id: self._options(one, against[one.id]) for one in (*newcomers, *waiting)}
+        if len(rows) < 2 or all(len(options[one.id]) < 2 for one in newcomers):
             return options
-        waiting = [one for one in self._newcomers.values() if not one.refused and one is not newcomer]
-        others = [self._options(one) for one in waiting[:_TOGETHER]]
-        if not others:
-            return options
-        dear = self._likeness.against_stranger() + _CLEAR
-        left = [_least(others, {option.number}, dear) for option in options]
-        best = min(left)
-        found = [o._replace(against=o.against + rest - best) for o, rest in zip(options, left, strict=True)]
-        return sorted(found, key=lambda option: option[:2])
+        costs = np.full((len(rows), len(self._bodies)), np.inf)
+        for row, one in zip(costs, rows, strict=True):
+            for option in options[one.id]:
+                row[option.number] = min(row[option.number], option.against)
+        left = left_to_others(costs, self._likeness.against_stranger() + _CLEAR).tolist()
+        for row, one in zip(left, newcomers, strict=False):
+            if len(options[one.id]) > 1:
+                options[one.id] = _with_others(options[one.id], row)
+        return options
 
     def _room(self, time: float) -> Body | None:
         """Return the body of the slot that a stranger would get: never used, forgotten, or empty for longest."""
@@ -500,7 +556,7 @@ class Slots:
         empty = [body for body in self._bodies if time - body.time > LOST and not body.pinned]
         return min(empty, key=lambda body: (body.time, body.number), default=None)
 
-    def _has_room(self, newcomer: _Newcomer) -> bool:
+    def _has_room(self, newcomer: Newcomer) -> bool:
         return any(not body.used or body.time < newcomer.last - PAUSE for body in self._bodies)
 
     def _is_forgotten(self, body: Body, time: float) -> bool:
@@ -510,26 +566,45 @@ class Slots:
         """Return whether a newcomer is somebody else than the person who was away for so long, s."""
         return away > LOST and against > self._likeness.against_stranger() + _CLEAR
 
-    def _settled(
-        self, newcomer: _Newcomer, options: list[_Option], time: float, *, at_once: bool
-    ) -> Body | str | None:
-        """Give a newcomer a slot, or none yet."""
-        own = self._ids.get(newcomer.id)
-        if own is not None and own.time < newcomer.first <= own.time + PAUSE:
-            return self._give(_faithful(own, options), newcomer, time)
-        self._ids.pop(newcomer.id, None)
-        if newcomer.id in self._separate and time - newcomer.first < _LOOK - _EXACT and not at_once:
-            newcomer.due, newcomer.refused = newcomer.first + _LOOK, False
-            return UNDECIDED  # the others' next frames say who is missing
-        if not options:
-            return self._refuse(newcomer, time)
+    def _is_decided(self, newcomer: Newcomer, options: list[_Option], time: float, *, at_once: bool) -> bool:
+        """Return whether it is clear by now in which slot a newcomer belongs."""
+        if self._is_own_leap(newcomer):
+            return True
+        if self._waits_for_others(newcomer, time) and not at_once:
+            return False
         watched = time - newcomer.first >= self.watch - _EXACT
-        if _lead(options) < _CLEAR and not watched and not at_once:
-            newcomer.due, newcomer.refused = time + _LOOK, False
-            return UNDECIDED
+        return bool(options) and (at_once or watched or _lead(options) >= _CLEAR)
+
+    def _settled(self, newcomer: Newcomer, options: list[_Option], time: float) -> Body:
+        """Give a newcomer the slot where it belongs."""
+        if self._is_own_leap(newcomer):
+            return self._give(_faithful(self._ids[newcomer.id], options), newcomer, time)
+        self._ids.pop(newcomer.id, None)
         return self._give(options[0], newcomer, time)
 
-    def _give(self, option: _Option, newcomer: _Newcomer, time: float) -> Body:
+    def _unsettled(
+        self, newcomer: Newcomer, options: list[_Option], time: float, *, at_once: bool
+    ) -> str | None:
+        """Look at a newcomer for longer, or refuse it if there is no slot for it."""
+        self._ids.pop(newcomer.id, None)
+        if self._waits_for_others(newcomer, time) and not at_once:
+            newcomer.due, newcomer.refused = newcomer.first + _LOOK, False
+            return UNDECIDED
+        if not options:
+            return self._refuse(newcomer, time)
+        newcomer.due, newcomer.refused = time + _LOOK, False
+        return UNDECIDED
+
+    def _waits_for_others(self, newcomer: Newcomer, time: float) -> bool:
+        """Return whether the next frames of other senders have yet to say who is missing."""
+        return newcomer.id in self._separate and time - newcomer.first < _LOOK - _EXACT
+
+    def _is_own_leap(self, newcomer: Newcomer) -> bool:
+        """Return whether the id has a slot, which it leaves only if its pose belongs into another."""
+        own = self._ids.get(newcomer.id)
+        return own is not None and own.time < newcomer.first <= own.time + PAUSE
+
+    def _give(self, option: _Option, newcomer: Newcomer, time: float) -> Body:
         """Put a newcomer into a slot."""
         body, before = option.body, option.body.id
         away = newcomer.first - body.time if body.used else 0.0
@@ -570,7 +645,7 @@ class Slots:
         if len(self._former) > _IDS:
             self._former.popitem(last=False)
 
-    def _refuse(self, newcomer: _Newcomer, time: float) -> str:
+    def _refuse(self, newcomer: Newcomer, time: float) -> str:
         if not newcomer.refused and self._chooses is None:
             self._changes.append(Change(REFUSED, newcomer.id, time, "refused"))
         newcomer.refused = True
@@ -613,19 +688,11 @@ def _lead(options: list[_Option]) -> float:
     return next(others, float("inf")) - options[0].against if options else float("inf")
 
 
-def _least(people: list[list[_Option]], taken: set[int], dear: float) -> float:
-    """Return the least that speaks against people being in slots that are not taken, each in one of its own.
-
-    Args:
-        people: The options of each.
-        taken: Numbers of slots.
-        dear: What is counted for having none.
-    """
-    if not people:
-        return 0.0
-    first, rest = people[0], people[1:]
-    ways = [o.against + _least(rest, taken | {o.number}, dear) for o in first if o.number not in taken]
-    return min([*ways, dear + _least(rest, taken, dear)])
+def _with_others(options: list[_Option], left: list[float]) -> list[_Option]:
+    """Return options with what each slot leaves to others, beside the best of them; the likeliest first."""
+    best = min(left[option.number] for option in options)
+    found = [_Option(o.against + left[o.number] - best, *o[1:]) for o in options]
+    return sorted(found, key=lambda option: option[:2])
 
 
 def _faithful(own: Body, options: list[_Option]) -> _Option:

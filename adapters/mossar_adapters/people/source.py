@@ -23,7 +23,7 @@ from mossar_adapters.people.given import People, checked_people, checked_seconds
 from mossar_adapters.people.slots import BACK, REFUSED, REMEMBERED, UNDECIDED, Change, Slots
 from mossar_adapters.replay.interleaving import part
 from mossar_adapters.source import Departure, Item, Meta, Occupant, Source
-from mossar_stream import Frames
+from mossar_stream import Frames, SnapshotError
 
 _IDS: Final = 256  # whose skeletons are remembered
 _HELD: Final = 512  # frames that wait for a decision on their id
@@ -34,6 +34,17 @@ _STEP: Final = 1 / 30  # s, where no rate is known
 _MOST_LOGGED: Final = 20  # refused ids that are logged
 
 _log = logging.getLogger("mossar.people")
+
+
+class _Kept(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The memory of slots, and when it was made, s since the epoch."""
+
+    slots: bytes
+    at: float
+
+
+_encoder = msgspec.msgpack.Encoder()
+_decoder = msgspec.msgpack.Decoder(_Kept)
 
 
 class PeopleSource:
@@ -70,6 +81,7 @@ class PeopleSource:
         self._occupants: dict[str, str] = {}  # the latest id of each slot
         self._latest: Frames | None = None  # that were passed on, where one slot goes from person to person
         self._anew: set[str] = set()  # slots that are given anew, because they stand for others now
+        self._recalled: float | None = None  # s since the epoch, when the people were seen who are recalled
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._source, name)
@@ -122,6 +134,38 @@ class PeopleSource:
         """Begin behind the first `position[slot]` frames of each slot; before `items`."""
         if offered(self._source, Resumes) is not None:
             self._skip = dict(position)
+
+    def to_bytes(self) -> bytes:
+        """Return what is known of people, for `recall` of a later run."""
+        with self._lock:
+            return _encoder.encode(_Kept(self._slots.to_bytes(), time.time()))
+
+    def recall(self, data: bytes) -> None:
+        """Go on with the people of a run that was cut short; before `items`.
+
+        A recording is played from its beginning, which gives the same people the same slots: it needs no memory. What
+        performers learned of people who cannot be recalled is forgotten, and that is logged.
+
+        Args:
+            data: From `to_bytes`; empty if the other run had no slots.
+        """
+        if offered(self._source, Resumes) is not None:
+            return
+        try:
+            kept = _decoder.decode(data)
+            self._slots.recall(kept.slots)
+        except (msgspec.DecodeError, SnapshotError) as error:
+            self._anew = set(self._slots.names)
+            if data:
+                _log.warning("%s: %s; everybody is new", self.name, error)
+            return
+        self._recalled = kept.at
+        rows = self._slots.table()
+        self._occupants = {str(row["slot"]): str(row["id"]) for row in rows}
+        self._begun = set(self._occupants)
+        if rows:
+            known = ", ".join(f"{slot} was {shown(ident)}" for slot, ident in self._occupants.items())
+            _log.info("%s: people of the last run are remembered: %s", self.name, known)
 
     def table(self) -> list[dict[str, object]]:
         """Return the slots and who is in them; see `Slots.table`."""
@@ -220,6 +264,9 @@ class PeopleSource:
     def _take(self, frames: Frames) -> Iterator[Item]:
         frames = self._on_one_clock(frames)
         ident, times = frames.performer, frames.times
+        if self._recalled is not None:
+            self._slots.restart(float(times[0]), max(_HAND_OVER, time.time() - self._recalled))
+            self._recalled = None
         if times[-1] < self._now - BACK and self._slots.went_back(ident, float(times[-1])):
             yield from self._start_over(float(times[0]))
         pending = self._pending

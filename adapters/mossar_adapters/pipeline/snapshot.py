@@ -15,7 +15,7 @@ import msgspec
 from mossar_adapters.regular import check_regular
 from mossar_stream import SnapshotError
 
-VERSION = 3
+VERSION = 4
 MAX_BYTES = 1 << 30  # a performer with limbs takes half a megabyte, and there may be 1024
 
 
@@ -45,6 +45,7 @@ class Snapshot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         sinks: Bytes written, for sinks that can go on there.
         run: Name of the run, which goes on under it.
         moves: Digest of the moves that were recognised; the examples are in a file of their own.
+        people: Of each source, what its slots know of people; empty for those without slots.
     """
 
     settings: bytes
@@ -55,6 +56,7 @@ class Snapshot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sinks: dict[str, int | None] = {}
     run: str = ""
     moves: bytes = b""
+    people: tuple[bytes, ...] = ()
 
 
 _MAGIC = b"MSNAP"

@@ -15,6 +15,7 @@ from mossar_adapters.pipeline.counting import counters_of, explanation
 from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival
 from mossar_adapters.pipeline.run import Run
+from mossar_adapters.pipeline.slots_of_run import sources_with_slots
 from mossar_adapters.pipeline.snapshot import Snapshot, write_snapshot
 from mossar_adapters.pipeline.watch import Watch
 from mossar_stream import MossarError, Moves, SnapshotError, StatsEvent
@@ -211,9 +212,15 @@ class Upkeep:
         if snapshot.moves != self._digest(run.pool.moves):
             _log.warning("moves are not those of the snapshot; those of now are recognised from here on")
         run.naming.resume(snapshot.sources)
+        for number, slots in sources_with_slots(run).items():
+            slots.recall(snapshot.people[number] if number < len(snapshot.people) else b"")
         for feed, position in zip(run.feeds, snapshot.sources, strict=True):
             if (source := offered(feed.source, Resumes)) is not None:
                 source.resume(position.frames)
+
+    def save(self, run: Run) -> None:
+        """Write a snapshot now, if any are written: what a request changed is kept from its answer on."""
+        self._write(run, complete=False)
 
     def _digest(self, moves: Moves | None) -> bytes:
         """Return a digest of moves; empty without moves."""
@@ -231,6 +238,7 @@ class Upkeep:
             for sink in sinks:
                 if (written := offered(sink, Syncs)) is not None:
                     written.sync()
+            slots = sources_with_slots(run)
             snapshot = Snapshot(
                 settings=msgspec.json.encode(run.settings),
                 complete=complete,
@@ -244,6 +252,7 @@ class Upkeep:
                     if (own := offered(sink, HasPosition)) is not None
                 },
                 run=run.run_id,
+                people=tuple(slots[i].to_bytes() if i in slots else b"" for i in range(len(run.feeds))),
             )
             write_snapshot(self._path, snapshot)
         except MossarError as error:

@@ -1,3 +1,5 @@
+import sys
+
 import numpy as np
 import pytest
 
@@ -288,3 +290,70 @@ def test_memory_does_not_grow_with_ids(bodies):
         slots.announce(f"x{i}", SKELETON)
     sizes = [len(slots._newcomers), len(slots._ids), len(slots._former), len(slots._skeletons)]
     assert max(sizes) <= 256
+
+
+def a_crowd(count, spread):
+    """Return the poses of people side by side, (count, J, 3) metres, whose sizes differ by a share in all."""
+    body = np.cumsum(np.random.default_rng(1).normal(0, 0.2, (len(SKELETON), 3)), axis=0)
+    sizes = 1 + spread * (np.arange(count) / count - 0.5)
+    return body * sizes[:, None, None] + np.arange(count)[:, None, None] * [3.0, 0, 0]
+
+
+def all_at_once(slots, poses, first, name, frames):
+    """Show people under ids that begin with a name, from a time (s) on; return the slots in the last frame."""
+    for k in range(len(poses)):
+        slots.announce(f"{name}{k}", SKELETON)
+    for i in range(frames):
+        found = slots.decide(first + i / 30, [(f"{name}{k}", pose) for k, pose in enumerate(poses)])
+    return found
+
+
+class TooManyCallsError(Exception):
+    pass
+
+
+@pytest.fixture
+def at_most():
+    """Return a function: calls another one, which may call so many functions of Python."""
+
+    def run(most, work):
+        left = most
+
+        def count(_frame, event, _argument):
+            nonlocal left
+            left -= event == "call"
+            if left < 0:
+                raise TooManyCallsError
+
+        sys.setprofile(count)
+        try:
+            return work()
+        finally:
+            sys.setprofile(None)
+
+    return run
+
+
+@pytest.mark.parametrize(("people", "back"), [(16, 5), (64, 5), (64, 64)])
+def test_a_frame_in_which_many_come_back_costs_little(at_most, people, back):
+    slots = Slots(people)
+    crowd = a_crowd(people, 0.02)
+    assert all_at_once(slots, crowd, 0.0, "a", 5) == [f"p{k + 1}" for k in range(people)]
+    at_most(150_000, lambda: all_at_once(slots, crowd[:back] + np.array([1.5, 0, 0]), 10.0, "b", 1))
+
+
+def test_the_same_goes_for_many_who_were_lost_a_moment_ago(at_most):
+    slots = Slots(64)
+    crowd = a_crowd(64, 0.02)
+    all_at_once(slots, crowd, 0.0, "a", 5)
+    at_most(150_000, lambda: all_at_once(slots, crowd[::-1] + np.array([0.3, 0, 0]), 1.0, "b", 1))
+
+
+def test_eight_people_who_come_back_at_once_get_the_slots_of_before():
+    slots = Slots(8)
+    crowd = a_crowd(8, 0.8)
+    all_at_once(slots, crowd, 0.0, "a", 60)
+    order = [3, 0, 7, 5, 1, 2, 6, 4]
+    assert all_at_once(slots, crowd[order] + np.array([9.0, 0, 2.0]), 12.0, "b", 70) == [
+        f"p{k + 1}" for k in order
+    ]

@@ -42,8 +42,8 @@ def test_every_damaged_byte_is_noticed(tmp_path):
 def test_a_newer_snapshot_is_refused_by_its_version(tmp_path):
     path = tmp_path / "state"
     write_snapshot(path, Snapshot(b"{}", complete=False))
-    path.write_bytes(path.read_bytes().replace(b"MSNAP\x03", b"MSNAP\x04"))
-    with pytest.raises(SnapshotError, match="of version 4, this program reads version 3"):
+    path.write_bytes(path.read_bytes().replace(b"MSNAP\x04", b"MSNAP\x05"))
+    with pytest.raises(SnapshotError, match="of version 5, this program reads version 4"):
         read_snapshot(path)
 
 

@@ -34,13 +34,12 @@ def run(options: Options, console: Console) -> int:
     from mossar_adapters.files import FileError
     from mossar_adapters.replay.recorder import Recorder
     from mossar_adapters.urls import open_frame_sink
-    from mossar_tools.opening import check_no_clash, source_of
+    from mossar_tools.opening import source_of
     from mossar_tools.signals import stopping
 
     url = options.sources[0]
     if Path(options.file).suffix.lower() not in {".msk", ".jsonl"}:
         raise UsageError(f"{options.file}: recordings are written as .msk, or .jsonl to be read elsewhere")
-    check_no_clash([url], [options.file])
     source = source_of(url, options)
     try:
         sink = open_frame_sink(options.file, force=options.force)

@@ -49,14 +49,13 @@ def run(options: Options, console: Console) -> int:
     from mossar_adapters.live import OutputClosedError
     from mossar_adapters.replay.replaying import Replay
     from mossar_adapters.urls import open_frame_sink
-    from mossar_tools.opening import check_no_clash, source_of
+    from mossar_tools.opening import source_of
 
     if not options.to:
         raise UsageError("where to? Name a sink, as in --to osc://127.0.0.1:39539?profile=vmc")
     scheme = parse_url(options.file).scheme
     if scheme not in {"file", "demo"}:
         raise UsageError(f"{options.file}: mossar replay sends recordings and demo:, not live streams")
-    check_no_clash([options.file], options.to)
     with contextlib.ExitStack() as opened:
         source = source_of(options.file, replace(options, speed=options.speed or 1.0))
         opened.callback(source.close)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording
+from mossar_adapters.files.replacing import Draft
 from mossar_stream import Settings
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, UsageError
@@ -177,6 +178,7 @@ def _between(ranked: "list[KeyFrame]", count: int) -> float:
 def _save(path: Path, settings: Settings, strength: float) -> None:
     """Write what --config takes."""
     try:
-        path.write_text(as_toml(settings, strength, strength), encoding="utf-8")
+        with Draft(path) as draft:
+            draft.path.write_text(as_toml(settings, strength, strength), encoding="utf-8")
     except OSError as error:
         raise UsageError(f"{path}: cannot be written: {error.strerror or error}") from None

@@ -1,0 +1,46 @@
+"""Places: which options of commands name what is read, and which what is written.
+
+The rule itself is `mossar_adapters.files.replacing.check_places`; every command passes here before it begins.
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from mossar_adapters.files.replacing import check_places
+from mossar_tools.options import STANDARD_OUTPUT, Options
+
+READ = ("sources", "file", "moves", "labels", "skeleton", "config", "model")
+WRITTEN = ("json", "csv", "plot", "curves", "export", "save", "cut", "to", "snapshot")
+# What commands write that elsewhere is read. `teach` changes its file of moves.
+WRITTEN_BY = {"record": ("file",), "teach": ("file",)}
+
+
+def check_command(command: str, options: Options) -> None:
+    """Refuse outputs of a command that are its inputs, or each other.
+
+    Args:
+        command: Its name.
+        options: Of it.
+
+    Raises:
+        FileError: If there is one.
+    """
+    own = WRITTEN_BY.get(command, ())
+    read = _values(options, (name for name in READ if name not in own))
+    written = _values(options, (*WRITTEN, *own))
+    if options.cut is not None:
+        from mossar_adapters.files.clips import TABLE
+
+        written.append(str(Path(options.cut, TABLE)))
+    if options.json == options.csv == STANDARD_OUTPUT:
+        written.remove(STANDARD_OUTPUT)  # which `Outputs` explains
+    check_places(read, written)
+
+
+def _values(options: Options, names: Iterable[str]) -> list[str]:
+    """Return what options say, each text of those that may be repeated."""
+    found: list[str] = []
+    for name in names:
+        value = getattr(options, name)
+        found += [value] if isinstance(value, str) else list(value or ())
+    return [value for value in found if value]
