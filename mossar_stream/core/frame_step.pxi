@@ -50,8 +50,8 @@ cdef int64_t advance(
         used: Set to how many were processed.
 
     Returns:
-        What the caller must do: DONE nothing, HAPPENED `update_window`, TAKE_ENDS end the take before the next frame,
-        ANALYSIS_DUE analyse the repetitions before it (`analyse` of counting.pxi), RING_FULL make more room for displacements
+        What the caller must do: DONE nothing, HAPPENED `step_window`, TAKE_ENDS end the take before the next frame,
+        ANALYSIS_DUE analyse the repetitions before it (`analyse_repetitions`), RING_FULL make more room for displacements
         before it.
     """
     cdef Plan* plan = &state.plan

@@ -38,7 +38,7 @@ cdef struct Part:  # the body, or a limb
 
 cdef struct Follower:  # a reader
     See see
-    uint8_t* state  # the first eight bytes are a double, `due`: see Reader in performer.pxi
+    uint8_t* state  # the first eight bytes are a double, `due`: see reader.pxi
     uint8_t* store
 
 

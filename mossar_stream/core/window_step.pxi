@@ -5,7 +5,7 @@ date and decides what is due. Few frames come here, and it is compiled apart fro
 """
 
 cdef enum:
-    FOLLOW = 0  # why `update_window` is called
+    FOLLOW = 0  # why `step_window` is called
     LEVEL = 1
     END = 2
     RANK = 3

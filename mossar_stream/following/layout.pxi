@@ -95,7 +95,7 @@ cdef struct FollowReport:  # What is reported of a move, rounded; the deviation 
 
 
 cdef struct FollowingState:
-    double due  # -inf: samples lie between two frames, so every frame is needed; see readers.py
+    double due  # -inf: samples lie between two frames, so every frame is needed; see core/reader.pxi
     int64_t frames  # since the last gap
     int64_t samples  # since the last gap
     double time  # s, of the last frame

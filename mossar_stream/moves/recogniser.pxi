@@ -77,7 +77,7 @@ cdef struct Nearest:
 
 
 cdef struct RecognitionState:
-    double due  # s, from when on a frame becomes a pose; see readers.py
+    double due  # s, from when on a frame becomes a pose; see core/reader.pxi
     Track track
     MoveActivity activity
     Decision decision

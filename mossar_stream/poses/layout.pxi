@@ -19,7 +19,7 @@ cdef struct ShownPose:
 
 
 cdef struct HoldingState:
-    double due  # s, when the next sample is due; see readers.py
+    double due  # s, when the next sample is due; see core/reader.pxi
     int64_t frames  # sampled since the last gap
     double time  # s, of the last sample
     double facing[2]  # x and z, smoothed

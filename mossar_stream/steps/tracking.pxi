@@ -67,7 +67,7 @@ cdef struct Foot:
 
 
 cdef struct Steps:
-    double due  # s, from when on a frame becomes a sample; see readers.py
+    double due  # s, from when on a frame becomes a sample; see core/reader.pxi
     Foot feet[2]
     int64_t tops[4]  # joints above the feet, -1 for none
     double up[3]  # direction upwards, not normalised; of unit length and fixed if it was given

@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 CORE = ROOT / "mossar_stream"
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-ROOMS = "core|following|moves|poses|readers|repetitions|segmenter|similarity|steps"
+ROOMS = "core|following|moves|poses|repetitions|segmenter|similarity|steps"
 NAMES = sorted(set(re.findall(rf"`((?:{ROOMS})\.[a-zA-Z_.]+)`", PAGE[PAGE.index("## One push") :])))
 COMPILED = PAGE[PAGE.index("## The compiled core") : PAGE.index("## From datagram")]
 IN_CORE = re.findall(r"`(\w+\.pxi)`", "".join(re.findall(r"^\| (`\w+\.pxi`.*?) \|", COMPILED, re.MULTILINE)))
@@ -31,7 +31,7 @@ def is_cython(parts):
         path = CORE.joinpath(*parts[:count]).with_suffix(".pxi")
         if path.exists():
             patterns = (
-                rf"^(?:cdef |cpdef |def )[^:=]*?\b{name}\(|^cdef struct {name}:" for name in parts[count:]
+                rf"^ *(?:cdef |cpdef |def )[^:=]*?\b{name}\(|^cdef struct {name}:" for name in parts[count:]
             )
             text = path.read_text(encoding="utf-8")
             return all(re.search(pattern, text, re.MULTILINE) for pattern in patterns)
