@@ -59,7 +59,9 @@ def _of_clock(text: str) -> float:
     *whole, last = text.split(":")
     if len(whole) > 2 or not all(part.isdecimal() for part in whole) or not 0 <= _number(last) < 60:
         return math.nan
-    minutes = sum(int(part) * 60**power for power, part in enumerate(reversed(whole)))
+    minutes = 0
+    for part in whole:
+        minutes = 60 * minutes + int(part)
     return 60.0 * minutes + _number(last)
 
 
