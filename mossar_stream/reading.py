@@ -6,7 +6,7 @@ The readers of formats are `mossar_adapters.files`, which this package does not 
 from collections.abc import Callable, Iterable
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,5 +79,4 @@ def recorded(given: object) -> Recorded | None:
     """Return a recording in memory: one that was read, or one that was opened; None if it is none."""
     if not hasattr(given, "skeleton"):
         return None
-    found: Recorded = import_module(_FILES).load(given) if hasattr(given, "chunks") else given
-    return found
+    return cast("Recorded", import_module(_FILES).load(given) if hasattr(given, "chunks") else given)

@@ -3,6 +3,7 @@
 A new scheme is one module and one row here. Modules of extras are imported when a URL asks for them.
 """
 
+import difflib
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import PurePath
@@ -153,6 +154,7 @@ def open_frame_sink(url: str, *, force: bool = False, position: int | None = Non
     return sink
 
 
+_LIKE = {"udp": "osc", "tcp": "zmq", "http": "ws", "https": "ws", "camera": "webcam"}  # what people type
 _CANNOT = {"source": "cannot be read from", "sink": "takes no events", "frame_sink": "takes no frames"}
 
 
@@ -168,7 +170,16 @@ def _opened(url: str, use: str) -> tuple[Address, Callable[[Address, OpenOptions
     known = ", ".join(
         f"{s.names[0]}:" for s in SCHEMES if getattr(s, use) and s.names[0] not in {"-", "file"}
     )
-    raise address.error(f"there is no scheme {address.scheme}:; there are {known}, a path, and - for a pipe")
+    names = [name for scheme in SCHEMES for name in scheme.names]
+    near = (
+        [_LIKE[address.scheme]]
+        if address.scheme in _LIKE
+        else difflib.get_close_matches(address.scheme, names, 1)
+    )
+    hint = f" - did you mean {near[0]}:?" if near else ""
+    raise address.error(
+        f"there is no scheme {address.scheme}:{hint}; there are {known}, a path, and - for a pipe"
+    )
 
 
 def _merged(options: ReadOptions, address: Address) -> ReadOptions:

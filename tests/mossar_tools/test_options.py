@@ -5,9 +5,9 @@ import pytest
 
 from mossar_adapters.pose.settings import DEFAULTS
 from mossar_stream import MossarError, SettingsError
-from mossar_tools.cli import parser_of
 from mossar_tools.commands import run, segment
 from mossar_tools.options import Options, parse
+from mossar_tools.parser import parser_of
 
 
 @pytest.fixture

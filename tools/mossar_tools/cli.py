@@ -45,6 +45,13 @@ COMMANDS: Final[dict[str, str]] = {
     "completion": "completion by the Tab key, for bash, zsh and tcsh",
     "webcam": "--get-model fetches the weights; its page is mossar view webcam: now",
 }
+STREAMED: Final = (
+    "run",
+    "view",
+    "teach",
+    "record",
+    "replay",
+)  # commands for which a port alone is a source or sink
 GROUPS: Final[dict[str, tuple[str, ...]]] = {
     "start": ("demo", "run", "segment", "view", "teach"),
     "study": ("settings", "tune", "evaluate", "agree", "archive", "bench"),
@@ -182,9 +189,9 @@ def run_command(
         return DONE
     level = options.log_level or ("error" if options.quiet else "debug" if options.verbose else "info")
     terminal.set_up(level, as_json=options.log_json, status=not options.quiet)
-    if assumed:
+    if assumed and not (prog.endswith("segment") and not Path(arguments[0]).exists()):
         LOGGER.info("this is %s %s", prog, " ".join(arguments)[:100])
-    if options.sources or options.to:
+    if prog.rpartition(" ")[2] in STREAMED:
         from mossar_tools.opening import spelled_out
 
         options = spelled_out(options)

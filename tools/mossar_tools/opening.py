@@ -55,6 +55,12 @@ def _port_of(text: str) -> tuple[str, str] | None:
     if found is None or Path(text).exists():
         return None
     host = found[1] or ""
+    if any(host in scheme.names for scheme in SCHEMES):
+        if host != "osc":
+            return None
+        host = ""
+    if int(found[2]) > 65535:
+        raise UsageError(f"{text}: a port lies between 0 and 65535, as in {text.removesuffix(found[2])}39539")
     return "127.0.0.1" if host == "localhost" else host, found[2]
 
 

@@ -50,7 +50,7 @@ class Parser(argparse.ArgumentParser):
             message += f"; try {first_example(self.epilog or '')}"
         elif message.endswith("argument") and name in self._option_string_actions:
             action = self._option_string_actions[name]
-            message += f": {name} {action.metavar or ''} is {action.help}"
+            message += f": {name} {action.metavar or ''} ({action.help})"
         raise UsageError(f"{message} (see {self.prog} --help)")
 
     def format_help(self) -> str:

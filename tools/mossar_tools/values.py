@@ -45,11 +45,24 @@ def share(text: str) -> float:
 
 
 def seconds(text: str) -> float:
-    """Return a time, s."""
-    number = _number(text)
+    """Return a time, s: a number, or as a clock shows it, 1:30."""
+    number = _of_clock(text) if ":" in text else _number(text)
     if not math.isfinite(number):
-        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a number of seconds")
+        raise argparse.ArgumentTypeError(
+            f"{text[:40]!r} is not a number of seconds; 90, 1:30 and 0:01:30 are"
+        )
     return number
+
+
+def _of_clock(text: str) -> float:
+    """Return the seconds of `minutes:seconds` or `hours:minutes:seconds`; NaN if it is neither."""
+    *whole, last = text.split(":")
+    if len(whole) > 2 or not all(part.isdecimal() for part in whole) or not 0 <= _number(last) < 60:
+        return math.nan
+    minutes = 0
+    for part in whole:
+        minutes = 60 * minutes + int(part)
+    return 60.0 * minutes + _number(last)
 
 
 def inches(text: str) -> float:

@@ -4,8 +4,10 @@ A new format is one module with `read(path, options) -> Recording` and one row h
 """
 
 import contextlib
+import difflib
 import importlib
 import importlib.util
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -64,6 +66,7 @@ class Format(msgspec.Struct, frozen=True):
         return self.library is None or importlib.util.find_spec(self.library) is not None
 
 
+_MOST_LISTED = 1000  # files of a folder among which a similar name is searched
 _HERE = "mossar_adapters.files"
 
 VIDEO_SUFFIXES: Final = (".mp4", ".mov", ".avi", ".webm", ".mkv")
@@ -271,6 +274,16 @@ def _clear_errors(path: Path) -> Iterator[None]:
         raise FileError(error.filename or path, f"cannot be read: {error.strerror or error}") from None
 
 
+def _similar(path: Path) -> str:
+    """Return a question that names a file of the folder, if the path has a name like it and is not there."""
+    with contextlib.suppress(OSError):
+        if not path.exists() and path.parent.is_dir():
+            names = [entry.name for entry in itertools.islice(path.parent.iterdir(), _MOST_LISTED)]
+            near = difflib.get_close_matches(path.name, names, 1)
+            return f" - did you mean {path.with_name(near[0])}?" if near else ""
+    return ""
+
+
 def _head(path: Path) -> bytes:
     try:
         if path.is_dir():
@@ -280,7 +293,7 @@ def _head(path: Path) -> bytes:
         with path.open("rb") as file:
             head = file.read(HEAD_SIZE)
     except OSError as error:
-        raise FileError(path, f"cannot be opened: {error.strerror or error}") from None
+        raise FileError(path, f"cannot be opened: {error.strerror or error}{_similar(path)}") from None
     except ValueError as error:
         raise FileError(path, f"cannot be opened: {error}") from None
     if not head:

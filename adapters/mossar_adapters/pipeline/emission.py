@@ -1,5 +1,6 @@
 """Emission: which events go out. Filtering never changes `rev`: the core counts, this only withholds."""
 
+import difflib
 from collections.abc import Sequence
 from typing import get_args, get_type_hints
 
@@ -48,8 +49,10 @@ def _meant(word: str, pairs: list[tuple[str, str]]) -> list[tuple[str, str]]:
     found = [p for p in pairs if (word in p) or (status and p == (kind, status))]
     if not found:
         statuses = dict.fromkeys(status for _, status in pairs if status)
+        near = difflib.get_close_matches(word, [*_KINDS, *statuses], 1)
+        hint = f" - did you mean {near[0]}?" if near else ""
         raise SettingsError(
-            f"no events called {word[:40]!r}; there are {', '.join(_KINDS)}, the statuses {', '.join(statuses)}, "
+            f"no events called {word[:40]!r}{hint}; there are {', '.join(_KINDS)}, the statuses {', '.join(statuses)}, "
             "and both together as in key_frame.final"
         )
     return found

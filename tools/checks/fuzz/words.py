@@ -14,9 +14,9 @@ from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.receiving.admission import AllowList
 from mossar_adapters.source import Meta
 from mossar_stream import Frames, MossarError, Settings
-from mossar_tools.cli import Parser
 from mossar_tools.commands import run
 from mossar_tools.options import Options, parse
+from mossar_tools.parser import Parser
 
 _URLS = (
     b"osc://127.0.0.1:39539?profile=vmc&fps=60&performer=ann",

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from mossar_tools.cli import COMMANDS, command_called, parser_of
+from mossar_tools.cli import COMMANDS, command_called
+from mossar_tools.parser import parser_of
 
 ROOT = Path(__file__).parents[3]
 PAGES = (
