@@ -91,7 +91,14 @@ def check_name(name: str) -> str:
     return name
 
 
-def make_example(name: str, positions: ArrayLike, fps: float, joints: int, root: int) -> Example:
+def make_example(
+    name: str,
+    positions: ArrayLike,
+    fps: float,
+    joints: int,
+    root: int,
+    movement: tuple[int, int] | None = None,
+) -> Example:
     """Return an example of a move: the movement, from its onset to its offset, and everything that was shown.
 
     Args:
@@ -100,13 +107,15 @@ def make_example(name: str, positions: ArrayLike, fps: float, joints: int, root:
         fps: Rate, Hz.
         joints: J.
         root: Joint that the others are taken relative to; -1 for the mean of all.
+        movement: First and last frame of the movement, pauses included; None for what lies around the peak of speed,
+            up to the next pauses.
 
     Raises:
         MovesError: If the name or the positions cannot be used, or nothing moves.
     """
     check_name(name)
     shown = _checked(numbers_of(positions), fps, joints)
-    first, last = _extent(shown, fps, root)
+    first, last = _extent(shown, fps, root, movement)
     cut = shown[first : last + 1]
     if len(cut) < LEAST_FRAMES:
         raise MovesError(f"the movement has {len(cut)} frames; an example needs at least {LEAST_FRAMES}")
@@ -154,16 +163,32 @@ def _checked(shown: NDArray[np.float64], fps: Any, joints: int) -> NDArray[np.fl
     return shown
 
 
-def _extent(shown: NDArray[np.float64], fps: float, root: int) -> tuple[int, int]:
-    """Return the first and the last frame of the movement around the peak of speed."""
+def _extent(
+    shown: NDArray[np.float64], fps: float, root: int, movement: tuple[int, int] | None
+) -> tuple[int, int]:
+    """Return the first and the last frame of the movement: that around the peak of speed, or the one that is known."""
     speed = _speed(shown, fps, root)
+    if movement is not None:
+        first, last = _checked_frames(movement, len(speed))
+        begin, end = _extent_of(speed[first : last + 1], last - first + 1)
+        return first + begin, first + end
+    return _extent_of(speed, round(PAUSE * fps))
+
+
+def _extent_of(speed: NDArray[np.float64], pause: int) -> tuple[int, int]:
+    """Return the first and the last frame of the movement around the peak of speed.
+
+    Args:
+        speed: (n,) m/s.
+        pause: Frames of rest that it may have inside.
+    """
     peak = int(np.argmax(speed))
     if speed[peak] < LEAST_SPEED:
         raise MovesError(
             f"nothing moves in the example (at most {speed[peak]:.3f} m/s, mean over the joints)"
         )
     moving = np.flatnonzero(speed > ONSET * speed[peak])
-    breaks = np.flatnonzero(np.diff(moving) > PAUSE * fps)
+    breaks = np.flatnonzero(np.diff(moving) > pause)
     at = int(np.searchsorted(moving, peak))
     begins = [0, *(breaks + 1)]
     ends = [*breaks, len(moving) - 1]
@@ -173,6 +198,13 @@ def _extent(shown: NDArray[np.float64], fps: float, root: int) -> tuple[int, int
         first -= 1
     while last + 1 < len(speed) and speed[last + 1] < speed[last]:
         last += 1
+    return first, last
+
+
+def _checked_frames(movement: tuple[int, int], count: int) -> tuple[int, int]:
+    first, last = movement
+    if not 0 <= first <= last < count:
+        raise MovesError(f"a movement from frame {first} to {last} is not in an example of {count} frames")
     return first, last
 
 

@@ -138,13 +138,17 @@ class Moves:
         ]
         return [*self._poses, *images]
 
-    def add(self, name: str, positions: ArrayLike, fps: float) -> None:
+    def add(
+        self, name: str, positions: ArrayLike, fps: float, movement: tuple[int, int] | None = None
+    ) -> None:
         """Add an example; it is recognised by what lies between its onset and its offset, and followed as a whole.
 
         Args:
             name: Of the move; 1 to 64 printable characters.
             positions: (n, J, 3), metres: one performance; rest before and after it does no harm.
             fps: Frames per second, Hz.
+            movement: First and last frame of the movement, which may have pauses; None for the movement around the peak of
+                speed, up to the next pauses of half a second.
 
         Raises:
             MovesError: If the name or the positions cannot be used, nothing moves, or there are too many examples.
@@ -154,7 +158,7 @@ class Moves:
         if any(pose.name == name for pose in self._poses):
             raise MovesError(f"{name!r} is a pose already; a name is a move or a pose")
         skeleton = self.skeleton
-        self._examples.append(make_example(name, positions, fps, len(skeleton), skeleton.root))
+        self._examples.append(make_example(name, positions, fps, len(skeleton), skeleton.root, movement))
 
     def add_pose(self, name: str, positions: ArrayLike, fps: float = 30.0, hold: float = 1.0) -> None:
         """Add a pose that is held; a `PoseEvent` reports when a performer enters, holds and leaves it.

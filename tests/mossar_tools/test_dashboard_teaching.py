@@ -123,6 +123,54 @@ def test_a_hidden_joint_is_where_it_was_before_the_countdown(stage, tmp_path):
     assert np.allclose(placed[:, 2], RESTING[2] - RESTING[0], atol=1e-3)
 
 
+def test_one_unlike_the_others_is_asked_for_again_and_may_be_kept(stage, tmp_path):
+    stage.teach("punch", shown(PUNCH))
+    state = stage.teach("punch", shown(RAISE))
+    assert (state.phase, state.runs, state.can_keep) == ("again", True, True)
+    assert "punch: example 2 is another movement" in state.message
+    assert "press Keep" in countdown(state)
+    assert len(Moves.load(tmp_path / "moves-1.json")) == 1
+    stage.stream(shown(PUNCH))
+    assert (stage.teaching.state.phase, stage.teaching.state.can_keep) == ("taken", False)
+    assert len(Moves.load(tmp_path / "moves-1.json")) == 2
+    stage.teach("punch", shown(RAISE))
+    stage.now += PATIENCE
+    state = stage.teaching.state
+    assert (state.phase, state.can_keep) == ("failed", True)
+    stage.teaching.keep()
+    assert stage.teaching.state.phase == "taken"
+    assert len(Moves.load(tmp_path / "moves-1.json")) == 3
+    with pytest.raises(MossarError, match="nothing to keep"):
+        stage.teaching.keep()
+
+
+def test_the_last_example_is_taken_back(stage, tmp_path):
+    assert not stage.teaching.state.can_undo
+    with pytest.raises(MossarError, match="no examples"):
+        stage.teaching.undo()
+    stage.teach("punch", shown(PUNCH))
+    state = stage.teach("raise", shown(RAISE))
+    assert state.can_undo
+    stage.teaching.undo()
+    assert Moves.load(tmp_path / "moves-1.json").names == stage.changes[-1].names == ("punch",)
+    assert stage.teaching.state.message == "raise: the last example is taken back; 0 left"
+    stage.teaching.undo()
+    assert not stage.teaching.state.can_undo
+
+
+def test_a_fixed_length_is_taken_from_the_end_of_the_countdown_on(stage, tmp_path):
+    turns = np.concatenate([PUNCH] * 12)
+    stage.teaching.begin("punches", MINE, seconds=4.0)
+    stage.stream(turns[: round(COUNTED * FPS)])
+    assert stage.teaching.state.phase == "count"
+    stage.now += COUNTED
+    stage.stream(turns[: round(5.0 * FPS)])
+    assert stage.teaching.state.phase == "taken", stage.teaching.state.message
+    (example,) = Moves.load(tmp_path / "moves-1.json").examples
+    positions, rate = example.shown(len(PERSON))
+    assert (len(positions) - 1) / rate == pytest.approx(4.0, abs=0.1)
+
+
 def test_what_cannot_be_taken_is_said_in_one_line(stage, tmp_path):
     holes = shown(PUNCH)
     holes[:, 2] = np.nan

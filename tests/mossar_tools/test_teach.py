@@ -1,7 +1,6 @@
 """`mossar teach`: moves are shown live or from recordings, and `mossar run --moves` recognises them."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -230,24 +229,138 @@ def test_ten_thousand_examples_get_one_clear_error(mossar, recording, tmp_path):
     assert not moves.exists()
 
 
-def test_an_example_that_was_said_to_be_taken_survives_kill_9(recording, tmp_path):
+@pytest.mark.parametrize(("how", "status", "saved"), [("SIGINT", 130, 2), ("SIGKILL", -9, 0)])
+def test_nothing_is_saved_before_the_series_is_whole_or_the_user_ends_it(
+    recording, tmp_path, how, status, saved
+):
+    if not hasattr(signal, how):
+        pytest.skip("no such signal here")
     moves, take = tmp_path / "moves.json", recording("take.npz", shown(*[PUNCH] * 12))
+    before = Moves(PERSON)
+    before.add("raise", RAISE, FPS)
+    before.save(moves)
     command = [sys.executable, "-m", "mossar_tools", "teach", moves, take, "--name", "punch", "--times", "12"]
-    for wanted in (1, 3):
-        moves.unlink(missing_ok=True)
-        with subprocess.Popen(
-            [*map(str, command), "--unit", "m", "--speed", "4"], stderr=subprocess.PIPE, text=True
-        ) as process:
-            said = 0
-            for line in process.stderr:
-                said += "taken" in line
-                if said == wanted:
-                    break
-            os.kill(process.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
-        assert said == wanted
-        assert len(Moves.load(moves)) >= wanted
-        left = {path.name for path in Path(tmp_path).iterdir() if "moves" in path.name}
-        assert left == {"moves.json", ".moves.json.lock"}
+    with subprocess.Popen(
+        [*map(str, command), "--unit", "m", "--speed", "4"], stderr=subprocess.PIPE, text=True
+    ) as process:
+        said = 0
+        for line in process.stderr:
+            said += "taken" in line
+            if said == 2:
+                break
+        assert Moves.load(moves).names == ("raise",)
+        process.send_signal(getattr(signal, how))
+        rest = process.stderr.read()
+    assert process.returncode == status
+    assert [example.name for example in Moves.load(moves).examples].count("punch") >= saved
+    assert ("of punch saved" in rest) == bool(saved)
+    assert Moves.load(moves).names[0] == "raise"
+    left = {path.name for path in Path(tmp_path).iterdir() if "moves" in path.name}
+    assert left <= {"moves.json", ".moves.json.lock"}
+
+
+def test_an_example_unlike_the_others_is_shown_and_asked_for_again(mossar, recording, tmp_path):
+    moves, take = tmp_path / "moves.json", recording("take.npz", shown(PUNCH, RAISE, PUNCH))
+    status, out, err = mossar("teach", moves, take, "--name", "punch", "--unit", "m")
+    assert status == 0
+    assert out == ""
+    lines = err.splitlines()
+    assert next(i for i, line in enumerate(lines) if "punch: not kept" in line) > 0
+    assert "punch: example 2 is another movement than the others" in err
+    assert "example 2 of 2 taken" in err
+    assert sum(any(0x2800 < ord(sign) < 0x2900 for sign in line) or "*" in line for line in lines) >= 9
+    assert len(Moves.load(moves)) == 2
+    kept = tmp_path / "kept.json"
+    status, _, err = mossar("teach", kept, take, "--name", "punch", "--unit", "m", "--keep")
+    assert status == 0
+    assert "punch: example 2 is another movement than the others" in err
+    assert "not kept" not in err
+    assert len(Moves.load(kept)) == 2
+
+
+def test_the_first_is_dropped_if_the_other_two_are_alike(mossar, recording, tmp_path):
+    moves, take = tmp_path / "moves.json", recording("take.npz", shown(RAISE, PUNCH, PUNCH))
+    status, _, err = mossar("teach", moves, take, "--name", "punch", "--unit", "m")
+    assert status == 0
+    assert "the last two are alike and kept; the first is dropped" in err
+    only = tmp_path / "only.json"
+    assert mossar("teach", only, recording("r.npz", shown(RAISE)), "--name", "raise", "--times", "1")[0] == 0
+    assert min(Moves.load(moves).costs(RAISE, FPS)) > 1
+
+
+def test_the_last_example_is_taken_back(mossar, recording, tmp_path):
+    moves, take = tmp_path / "moves.json", recording("take.npz", shown(PUNCH, PUNCH))
+    assert mossar("teach", moves, take, "--name", "punch", "--unit", "m")[0] == 0
+    raised = recording("raised.npz", shown(RAISE))
+    assert mossar("teach", moves, raised, "--name", "raise", "--times", "1", "--unit", "m")[0] == 0
+    status, _, err = mossar("teach", moves, "--undo", "--name", "punch")
+    assert (status, err.splitlines()[0]) == (0, "punch: the last example is taken back; 1 left")
+    status, _, err = mossar("teach", moves, "--undo")
+    assert (status, err.splitlines()[0]) == (0, "raise: the last example is taken back; 0 left")
+    assert mossar("teach", moves, "--undo")[0] == 0
+    status, _, err = mossar("teach", moves, "--undo")
+    assert (status, len(err.splitlines())) == (2, 1)
+    assert "has no example to take back" in err
+
+
+def test_a_list_draws_each_example(mossar, recording, tmp_path):
+    moves, take = tmp_path / "moves.json", recording("take.npz", shown(PUNCH, PUNCH))
+    assert mossar("teach", moves, take, "--name", "punch", "--unit", "m")[0] == 0
+    status, out, err = mossar("teach", moves, "--list")
+    assert status == 0
+    assert [line.split()[:2] for line in out.splitlines()] == [["punch", "2"]]
+    drawn = [line for line in err.splitlines() if line.strip()]
+    assert len(drawn) >= 6
+    assert not any(sign.isalnum() for line in drawn for sign in line)
+
+
+def test_a_fixed_length_is_for_what_has_no_rest(mossar, recording, tmp_path):
+    turns = np.concatenate([PUNCH] * 12)
+    moves, take = tmp_path / "moves.json", recording("take.npz", turns)
+    given = ("--name", "punches", "--times", "1", "--unit", "m")
+    status, _, err = mossar("teach", moves, take, *given)
+    assert status == 1
+    assert "0 of 1 examples taken" in err
+    status, _, err = mossar("teach", moves, take, *given, "--seconds", "4")
+    assert status == 0, err
+    assert err.splitlines()[0] == "do 'punches' for 4 s when it says now; 1 time"
+    assert "punches: now, for 4 s" in err
+    (example,) = Moves.load(moves).examples
+    positions, rate = example.shown(len(PERSON))
+    assert (len(positions) - 1) / rate == pytest.approx(4.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        (["{take}", "--undo"], "--undo needs no stream"),
+        (["--undo", "--list"], "two commands"),
+        (["--undo", "--pose", "x"], "--remove takes back a pose"),
+        (["--undo"], "cannot be read"),
+        (["{take}", "--list"], "--list needs no stream"),
+        (["--name", "x", "--seconds", "4"], "--seconds needs a stream"),
+        (["--name", "x", "--keep"], "--keep needs a stream"),
+        (["{take}", "--name", "x", "--seconds", "4", "--from", "1"], "leave it out with --from"),
+        (["{take}", "--name", "x", "--keep", "--labels", "x.csv"], "leave it out with --labels"),
+        (["{take}", "--pose", "x", "--seconds", "4"], "leave it out with --pose"),
+        (["{take}", "--name", "x", "--seconds", "0.1"], "from 0.5 to 60 s"),
+        (["{take}", "--name", "x", "--seconds", "-3"], "--seconds"),
+    ],
+)
+def test_wrong_usage_is_answered_in_one_line(mossar, recording, tmp_path, given, says):
+    take = recording("take.npz", shown(PUNCH))
+    status, _, err = mossar("teach", tmp_path / "moves.json", *[part.format(take=take) for part in given])
+    assert status == 2
+    assert says in err.splitlines()[-1]
+    assert len([line for line in err.splitlines() if "error" in line.lower()]) == 1
+
+
+def test_a_place_that_cannot_be_written_is_said_before_the_performer_moves(mossar, recording, tmp_path):
+    take = recording("take.npz", shown(PUNCH))
+    status, _, err = mossar("teach", tmp_path / "none" / "moves.json", take, "--name", "x")
+    assert status == 2
+    assert "cannot be written" in err
+    assert "rest, do" not in err
 
 
 TAKE_MANY = """
@@ -255,7 +368,8 @@ import sys, time
 from pathlib import Path
 import numpy as np
 from mossar_stream import Skeleton
-from mossar_tools.moves_file import take_example
+from mossar_tools.series import Series
+from mossar_tools.taking import Movement
 _, path, movement, name, ready, go = sys.argv
 shown = np.load(movement)
 person = Skeleton(("hip", "left", "right"), (-1, 0, 0))
@@ -263,7 +377,9 @@ Path(ready).touch()
 while not Path(go).exists():
     time.sleep(0.001)
 for _ in range(15):
-    take_example(path, person, name, shown, 30.0)
+    series = Series(Path(path), person, name, keeps=True)
+    series.show(Movement(shown, 30.0, 0.0, 1.0, (0, len(shown) - 1)))
+    series.save(Path(path))
 """
 
 

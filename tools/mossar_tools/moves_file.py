@@ -1,4 +1,4 @@
-"""The user's file of moves: read, added to, and written before an example is reported.
+"""The user's file of moves: read, added to, and written.
 
 A program that changes it locks it from before it is read until it is written. Otherwise one of two programs that teach
 at once would overwrite what the other took. The lock is a file beside it, because the file itself is replaced.
@@ -12,7 +12,7 @@ import filelock
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream import Moves, MovesError, Skeleton
+from mossar_stream import Example, Moves, MovesError, Skeleton
 from mossar_tools.errors import UsageError
 from mossar_tools.explaining import lines_of_oddity
 
@@ -108,10 +108,35 @@ def changing(path: str | Path, skeleton: Skeleton | None = None) -> Iterator[Mov
         raise UsageError(f"{path} cannot be written: {error.strerror}") from None
 
 
-def take_example(
-    path: str | Path, skeleton: Skeleton, name: str, positions: NDArray[np.float32], fps: float
+def take_back(path: str | Path, name: str | None = None) -> tuple[Example, int]:
+    """Remove the last example from a file.
+
+    Args:
+        path: The file.
+        name: Of the move; None for whichever was shown last.
+
+    Returns:
+        The example, and how many of its name are left.
+
+    Raises:
+        MossarError: If there is none, or the file cannot be read or written.
+    """
+    with changing(path) as moves:
+        places = [i for i, example in enumerate(moves.examples) if name in (None, example.name)]
+        if not places:
+            of = "" if name is None else f" of {name}"
+            raise UsageError(
+                f"{path} has no example{of} to take back; there are {', '.join(moves.names[:NAMED]) or 'none'}"
+            )
+        example = moves.examples[places[-1]]
+        moves.remove_example(places[-1])
+    return example, sum(one.name == example.name for one in moves.examples)
+
+
+def take_pose(
+    path: str | Path, skeleton: Skeleton, name: str, positions: NDArray[np.float32], fps: float, hold: float
 ) -> Moves:
-    """Add an example to a file; when this returns it is on the disk, whatever happens afterwards.
+    """Add a pose to a file; when this returns it is on the disk, whatever happens afterwards.
 
     Returns:
         All moves of the file.
@@ -119,15 +144,6 @@ def take_example(
     Raises:
         MossarError: If it cannot be used or not be written.
     """
-    with changing(path, skeleton) as moves:
-        moves.add(name, positions, fps)
-    return moves
-
-
-def take_pose(
-    path: str | Path, skeleton: Skeleton, name: str, positions: NDArray[np.float32], fps: float, hold: float
-) -> Moves:
-    """Add a pose to a file; as `take_example`."""
     with changing(path, skeleton) as moves:
         moves.add_pose(name, positions, fps, hold)
     return moves

@@ -2,17 +2,15 @@
 
 import argparse
 from collections.abc import Iterable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from mossar_stream import FACINGS, MoveRule
-from mossar_tools.console import LOGGER, Console
-from mossar_tools.errors import DONE, FAILED, UsageError
-from mossar_tools.moves_file import changing, moves_for, oddities_of, read_moves, take_example, take_pose
+from mossar_tools.console import LOGGER, Console, prints_unicode
+from mossar_tools.errors import DONE, UsageError
+from mossar_tools.moves_file import changing, moves_for, oddities_of, read_moves
 from mossar_tools.options import (
     Options,
     add_body,
@@ -23,15 +21,15 @@ from mossar_tools.options import (
     add_settings,
     add_speed,
 )
-from mossar_tools.values import names, seconds
+from mossar_tools.values import names, positive, seconds
 from mossar_tools.values import share as share_of_one
 from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
-    from mossar_stream import Moves
+    from mossar_stream import Example, Moves
 
 DESCRIPTION = """Show moves that are recognised later. Live: rest, do the move, rest; it says when each example was
-taken, and then it is in the file. From a recording: the movements in it, a part of it, or what a table names.
+taken, and saves them together. From a recording: the movements in it, a part of it, or what a table names.
 A pose that is held (--pose): rest, take the pose, hold it."""
 EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times 2
   mossar teach moves.json take.bvh --name kick --from 3.2 --until 4.6
@@ -43,10 +41,14 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
   mossar teach moves.json --name jab_left --mirrored               jab_right, too
   mossar teach moves.json --facing as_shown                        from the side it was shown only
   mossar teach moves.json osc://0.0.0.0:39539 --pose plank --hold 2     held for 2 s; the pose held at the end is saved
+  mossar teach moves.json osc://0.0.0.0:39539 --name walk --seconds 4   no rest at its ends
   mossar teach moves.json --list
+  mossar teach moves.json --undo
   mossar teach moves.json --remove punch
   mossar run osc://0.0.0.0:39539 --moves moves.json --emit move.confirmed
 """
+
+LEAST_SECONDS, MOST_SECONDS = 0.5, 60.0  # s of an example of a fixed length
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,6 +69,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of --pose: how long until it counts as held (default: 1)",
     )
     group.add_argument("--times", metavar="N", type=whole_number, help="number of examples (default: 2)")
+    group.add_argument(
+        "--seconds",
+        metavar="S",
+        type=positive,
+        help="each example is the next S seconds, after a countdown: for moves without a rest at their ends",
+    )
+    group.add_argument(
+        "--keep",
+        dest="keeps",
+        action="store_true",
+        help="keep an example that is unlike the others, instead of asking for it again",
+    )
     add_part(group)
     group.add_argument(
         "--labels",
@@ -107,7 +121,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of all moves: recognised from any side, or only as they were shown (default: any)",
     )
     group = parser.add_argument_group("contents of the file")
-    group.add_argument("--list", action="store_true", help="list the moves and their numbers of examples")
+    group.add_argument("--list", action="store_true", help="list the moves, and draw each example")
+    group.add_argument(
+        "--undo", action="store_true", help="take back the last example, of --name or of all moves"
+    )
     group.add_argument("--remove", metavar="NAME", help="remove a move or a pose")
     add_speed(parser, "max for recordings, 1 for demo:")
     add_settings(parser, body_only=True)
@@ -118,9 +135,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
+    _check_contents(options)
+    if options.undo:
+        return _undo(options, console)
     if options.list or options.remove is not None:
         return _list_or_remove(options, console)
     _check_pose(options)
+    _check_live(options)
     if _has_rules(options) and options.name is None and options.pose is None:
         raise UsageError(
             "--strict, --again and --mirrored are of one move: --name says of which (--pose with --mirrored)"
@@ -166,6 +187,70 @@ def _check_pose(options: Options) -> None:
     for other, is_given in others.items():
         if is_given:
             raise UsageError(f"{other} cannot be given with --pose")
+
+
+def _check_contents(options: Options) -> None:
+    """Refuse a stream beside what only changes or shows the file.
+
+    Raises:
+        UsageError: If there is one.
+    """
+    alone = {"--undo": options.undo, "--list": options.list, "--remove": options.remove is not None}
+    given = [name for name, is_given in alone.items() if is_given]
+    if given and options.sources:
+        raise UsageError(f"{given[0]} needs no stream: mossar teach {options.file} {given[0]}")
+    if options.undo and len(given) > 1:
+        raise UsageError(f"--undo and {given[1]} are two commands")
+    if options.undo and options.pose is not None:
+        raise UsageError("--undo takes back an example of a move; --remove takes back a pose")
+
+
+def _check_live(options: Options) -> None:
+    """Refuse options of live teaching where nothing is live.
+
+    Raises:
+        UsageError: If there is any.
+    """
+    parts = {
+        "--from and --until": options.begin is not None or options.until is not None,
+        "--labels": options.labels is not None,
+        "--discover": options.discover,
+        "--pose": options.pose is not None,
+    }
+    for name, is_given in {"--seconds": options.seconds is not None, "--keep": options.keeps}.items():
+        if not is_given:
+            continue
+        if not options.sources:
+            asked = f"{name} {options.seconds:g}" if name == "--seconds" else name
+            raise UsageError(
+                f"{name} needs a stream: mossar teach {options.file} osc://0.0.0.0:39539 --name walk {asked}"
+            )
+        for other, is_other in parts.items():
+            if is_other:
+                raise UsageError(f"{name} is for examples that are shown live; leave it out with {other}")
+    if options.seconds is not None and not LEAST_SECONDS <= options.seconds <= MOST_SECONDS:
+        raise UsageError(
+            f"--seconds is the length of an example, from {LEAST_SECONDS:g} to {MOST_SECONDS:g} s, not {options.seconds:g}"
+        )
+
+
+def _undo(options: Options, console: Console) -> int:
+    """Take back the last example, of the named move or of all."""
+    from mossar_tools.moves_file import take_back
+
+    example, left = take_back(options.file, options.name)
+    moves = read_moves(options.file)
+    console.say(f"{example.name}: the last example is taken back; {left} left")
+    _draw(moves, [example], console)
+    return DONE
+
+
+def _draw(moves: "Moves", examples: Iterable["Example"], console: Console) -> None:
+    from mossar_tools.figures_in_text import example_lines
+
+    for example in examples:
+        for line in example_lines(example, moves.skeleton, fine=prints_unicode(console.err)):
+            console.say(f"  {line}")
 
 
 def _hold(options: Options) -> float:
@@ -228,6 +313,7 @@ def _list_or_remove(options: Options, console: Console) -> int:
             console.line(
                 f"{name:<24} {len(lengths)} example{'s' if len(lengths) > 1 else ''}: {spans}{f'; {rule}' if rule else ''}"
             )
+            _draw(moves, (example for example in moves.examples if example.name == name), console)
         for name, hold in {pose.name: pose.hold for pose in moves.poses}.items():
             rule = _rule_text(moves, name)
             console.line(f"{name:<24} pose, held after {hold:g} s{f'; {rule}' if rule else ''}")
@@ -354,54 +440,10 @@ def _what_is_in(moves: "Moves") -> str:
 
 def _teach_live(options: Options, console: Console) -> int:
     """Take movements as they come."""
-    import contextlib
+    from mossar_tools.live_teaching import LiveTeaching
 
-    from mossar_adapters.pipeline import Pipeline
-    from mossar_tools.opening import source_of
-    from mossar_tools.signals import stopping
-    from mossar_tools.streaming import check_streamable
-    from mossar_tools.taking import MovementTaker
-
-    if Path(options.file).exists():
-        read_moves(options.file)  # errors of the file are reported before the performer moves
-    settings = options.settings()
-    taken, wanted = 0, options.times if options.pose is None else 1
-    with contextlib.closing(source_of(options.sources[0], options)) as source:
-
-        def take(positions: NDArray[np.float32], fps: float) -> None:
-            nonlocal taken
-            if taken >= wanted:
-                return
-            skeleton = pipeline.pool[pipeline.pool.names[0]].skeleton
-            # Written to the file before it is reported: whatever happens afterwards, nothing is lost.
-            if options.pose is not None:
-                take_pose(options.file, skeleton, options.pose, positions, fps, _hold(options))
-                taken += 1
-                console.say(f"{options.pose}: pose taken")
-            else:
-                moves = take_example(options.file, skeleton, options.name or "", positions, fps)
-                taken += 1
-                console.say(
-                    f"{options.name}: example {taken} of {wanted} taken ({len(positions) / fps:.1f} s)"
-                )
-                _warn(moves, [len(moves) - 1])
-            if taken >= wanted:
-                if _has_rules(options) or options.facing is not None:
-                    _set_rules(options, console)
-                pipeline.stop()
-
-        taker = MovementTaker(take, console.say)
-        pipeline = Pipeline([source], [], settings, views=[taker])
-        check_streamable(settings)
-        if options.pose is not None:
-            console.say(f"rest, then take the pose {options.pose!r} and hold it")
-        else:
-            console.say(f"rest, do {options.name!r}, rest; {options.times} times")
-        with stopping(pipeline.stop) as stop:
-            outcome = pipeline.run()
-    if stop.status:
-        return stop.status
-    if taken < wanted:
-        console.say(f"{taken} of {wanted} examples taken: the stream ended")
-        return FAILED
-    return FAILED if outcome.errors else DONE
+    teaching = LiveTeaching(options, console)
+    status = teaching.run()
+    if teaching.is_whole and (_has_rules(options) or options.facing is not None):
+        _set_rules(options, console)
+    return status

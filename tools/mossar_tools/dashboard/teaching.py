@@ -9,51 +9,55 @@ from zlib import crc32
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from mossar_adapters.held_joints import HeldJoints
 from mossar_adapters.source import Meta
-from mossar_stream import Example, Frames, MossarError, Moves, MovesError, Skeleton
+from mossar_stream import Example, Frames, MossarError, Moves, MovesError
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.recorder import unused
-from mossar_tools.moves_file import changing, read_moves, take_example
-from mossar_tools.taking import MovementTaker
+from mossar_tools.moves_file import changing, read_moves, take_back
+from mossar_tools.series import Series, Shown
+from mossar_tools.taking import LONGEST, Movement, MovementTaker, TimedTaker
 
 COUNTED = 3  # s
 EARLY = 1.0  # s before the countdown ends at which a movement may begin
 MOST_HELD = 16  # performers whose hidden joints are remembered
-PATIENCE = 20.0  # s that a movement is waited for
+PATIENCE = LONGEST + 5.0  # s that a movement is waited for
 SHOWN = 4.0  # s for which the outcome stands in large letters
 
-Phase = Literal["idle", "count", "watch", "taken", "failed"]
+Phase = Literal["idle", "count", "watch", "again", "taken", "failed"]
 
 
 class TeachingState(msgspec.Struct, frozen=True):
     """Progress of teaching.
 
     Args:
-        phase: What is going on.
+        phase: What is going on; `again`: the movement was unlike the others of its name, and is waited for again.
         name: Of the move that is or was shown.
         seconds: Of the countdown that are left, rounded up.
         message: The outcome, in words.
+        can_keep: Whether the last movement was unlike the others, and `Teaching.keep` keeps it.
+        can_undo: Whether there is an example that `Teaching.undo` takes back.
     """
 
     phase: Phase
     name: str = ""
     seconds: int = 0
     message: str = ""
+    can_keep: bool = False
+    can_undo: bool = False
 
     @property
     def runs(self) -> bool:
         """Whether a movement is waited for."""
-        return self.phase in ("count", "watch")
+        return self.phase in ("count", "watch", "again")
 
 
 class Teaching:
     """Takes one movement of one performer for each `begin`. Any thread may call any method.
 
-    An example is on the disk before `state` reports it, so that no reported example is lost,
-    however the program ends.
+    This is what every page teaches with. An example is on the disk before `state` reports it, so that no reported example
+    is lost, however the program ends. A movement that is unlike the others of its name is not kept but waited for again.
 
     Args:
         folder: Where a new file `moves-1.json` is made if none is named.
@@ -81,8 +85,8 @@ class Teaching:
         self._name = self._message = ""
         self._until = 0.0  # monotonic s, when the phase ends
         self._held: dict[str, HeldJoints] = {}  # of each performer, the latest last
-        self._taker: MovementTaker | None = None
-        self._skeleton: Skeleton | None = None
+        self._taker: MovementTaker | TimedTaker | None = None
+        self._series: Series | None = None
         self._lock = threading.RLock()
 
     def announce(self, meta: Meta) -> None:
@@ -95,12 +99,13 @@ class Teaching:
             while len(self._held) > MOST_HELD:
                 del self._held[next(iter(self._held))]
 
-    def begin(self, name: str, meta: Meta) -> None:
+    def begin(self, name: str, meta: Meta, seconds: float | None = None) -> None:
         """Count down, then watch for a movement.
 
         Args:
             name: Of the move.
             meta: Who shows it.
+            seconds: Length of the example, from the end of the countdown; None for a movement from rest to rest.
 
         Raises:
             MossarError: If a move cannot have this name, or the moves so far are of another skeleton.
@@ -112,17 +117,50 @@ class Teaching:
                     f"{self.path} holds moves of another skeleton, with {len(self.moves.skeleton)} joints; "
                     f"{meta.performer} has {len(meta.skeleton)}"
                 )
-            self._name, self._skeleton = name, meta.skeleton
-            self._taker = MovementTaker(self._take, self._fail, self._held.get(meta.performer))
-            self._taker.since = np.inf
+            self._name, self._message = name, ""
+            self._series = Series(self.path, meta.skeleton, name)
+            held = self._held.get(meta.performer)
+            if seconds is None:
+                self._taker = MovementTaker(self._take, self._hint, held)
+                self._taker.since = np.inf
+            else:
+                self._taker = TimedTaker(self._take, lambda _: None, seconds, COUNTED, held)
             self._taker.announce(meta)
             self._enter("count", COUNTED)
 
     def cancel(self) -> None:
         """Stop counting or watching."""
         with self._lock:
-            self._taker = None
+            self._taker = self._series = None
             self._enter("idle", 0.0)
+
+    def keep(self) -> None:
+        """Keep the last movement although it is unlike the others of its name.
+
+        Raises:
+            MossarError: If the last movement was none of these, or the file cannot be written.
+        """
+        with self._lock:
+            if self._series is None:
+                raise MovesError("there is nothing to keep")
+            self._save(self._series, self._series.keep())
+
+    def undo(self) -> None:
+        """Take back the last example.
+
+        Raises:
+            MossarError: If there is none, or the file cannot be written.
+        """
+        with self._lock:
+            if self.path is None:
+                raise MovesError("there are no examples")
+            example, left = take_back(self.path)
+            self._taker = self._series = None
+            self._phase, self._message = (
+                "idle",
+                f"{example.name}: the last example is taken back; {left} left",
+            )
+            self._adopt(read_moves(self.path))
 
     def forget(self, place: int, mark: str) -> None:
         """Forget an example.
@@ -153,10 +191,19 @@ class Teaching:
             if self._phase == "count" and left <= 0:
                 self._enter("watch", PATIENCE)
             elif self._phase == "watch" and left <= 0:
-                self._fail(f"no movement came to rest within {PATIENCE:g} s")
+                self._fail(self._message or f"no movement came to rest within {PATIENCE:g} s")
+            elif self._phase == "again" and left <= 0:
+                self._fail(self._message)
             elif self._phase in ("taken", "failed") and left <= 0:
                 self._phase = "idle"
-            return TeachingState(self._phase, self._name, max(1, int(np.ceil(left))), self._message)
+            return TeachingState(
+                self._phase,
+                self._name,
+                max(1, int(np.ceil(left))),
+                self._message,
+                can_keep=self._series is not None and self._series.has_refused,
+                can_undo=self.moves is not None and len(self.moves) > 0,
+            )
 
     def send_frames(self, frames: Frames) -> None:
         """Watch frames."""
@@ -165,25 +212,42 @@ class Teaching:
                 if frames.performer in self._held:
                     self._held[frames.performer].fill(frames.positions, frames.confidence)
                 return
-            if self.state.phase == "watch":
+            if self.state.phase == "watch" and isinstance(self._taker, MovementTaker):
                 self._taker.since = min(self._taker.since, float(frames.times[0]) - EARLY)
             self._taker.send_frames(frames)
 
     def _enter(self, phase: Phase, seconds: float) -> None:
         self._phase, self._until = phase, self._clock() + seconds
 
-    def _take(self, positions: NDArray[np.float32], fps: float) -> None:
-        """Keep a movement as an example: on the disk first, then it is reported."""
-        if self._taker is None or self._skeleton is None:
+    def _take(self, movement: Movement) -> None:
+        """Keep a movement as an example, on the disk before it is reported; or wait for it again."""
+        if self._taker is None or self._series is None:
             return
+        try:
+            shown = self._series.show(movement)
+            if shown.is_kept:
+                self._save(self._series, shown)
+                return
+        except MossarError as error:
+            self._fail(f"not taken: {error}")
+            return
+        self._message = f"not kept: {'; '.join(shown.unlike)}"
+        self._enter("again", PATIENCE)
+        LOGGER.info("%s", self._message)
+
+    def _save(self, series: Series, shown: Shown) -> None:
         path = self.path or unused(self._folder, "moves", ".json")
-        moves = take_example(path, self._skeleton, self._name, positions, fps)
-        self.path, self._taker = path, None
+        moves = series.save(path)
+        self.path, self._taker, self._series = path, None, None
         self._adopt(moves)
         count = sum(example.name == self._name for example in moves.examples)
-        self._message = f"{self._name}: example {count} taken ({len(positions) / fps:.1f} s), in {path.name}"
+        self._message = f"{self._name}: example {count} taken ({shown.seconds:.1f} s), in {path.name}"
         self._enter("taken", SHOWN)
         LOGGER.info("%s", self._message)
+
+    def _hint(self, why: str) -> None:
+        """Show why nothing was taken yet; the movement is waited for still."""
+        self._message = why
 
     def _fail(self, why: str) -> None:
         self._taker = None

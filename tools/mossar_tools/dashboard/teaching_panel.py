@@ -26,6 +26,12 @@ class TeachingPanel:
         hint = "Counts down from three, then takes one movement from rest to rest"
         self._button = gui.add_button("Teach", icon=Icon.SCHOOL, hint=hint)
         on(self._button, lambda _: self._switch())
+        hint = "Keeps the last movement although it is unlike the others of its name"
+        self._keep = gui.add_button("Keep", icon=Icon.CHECK, hint=hint, visible=False)
+        on(self._keep, lambda _: show.teaching.keep())
+        hint = "Takes back the last example of the file"
+        self._undo = gui.add_button("Undo", icon=Icon.ARROW_BACK_UP, hint=hint, visible=False)
+        on(self._undo, lambda _: show.teaching.undo())
         self._examples, self._count = gui.add_html(""), gui.add_html("")
 
     def sync(self) -> None:
@@ -36,6 +42,9 @@ class TeachingPanel:
         for handle, content in ((self._count, countdown(state)), (self._examples, card)):
             if handle.content != content:
                 handle.content = content
+        for button, visible in ((self._keep, state.can_keep), (self._undo, state.can_undo)):
+            if button.visible != visible:
+                button.visible = visible
         word = "Cancel" if state.runs else "Teach"
         if self._button.label != word:
             self._button.label = word

@@ -18,12 +18,19 @@ _FAINT = 3  # poses drawn faintly before the one that reaches farthest
 
 def countdown(state: TeachingState) -> str:
     """Return what a person reads from afar while they show a move."""
-    large = {"count": str(state.seconds), "watch": "now", "taken": "taken", "failed": "again"}
+    large = {
+        "count": str(state.seconds),
+        "watch": "now",
+        "again": "again",
+        "taken": "taken",
+        "failed": "again",
+    }
     if state.phase == "idle":
         return ""
     small = {
         "count": f"get ready for {state.name}",
-        "watch": f"do {state.name}, then rest",
+        "watch": state.message or f"do {state.name}, then rest",
+        "again": f"{state.message}; do {state.name} again, or press Keep",
     }.get(state.phase, state.message)
     return (
         f'<div class="mossar m-count {state.phase}" id="mossar-count"><b>{large[state.phase]}</b>'
