@@ -252,9 +252,11 @@ def test_a_move_is_taught_on_the_page_and_followed_from_then_on(process, window_
     until(window, lambda: window.text_content("#title") == "punch")  # it is followed
     until(window, lambda: count(window) >= 1)
     until(window, lambda: window.locator("#countdown").is_hidden())
-    window.locator("#examples button").dispatch_event("click")
+    assert window.locator("#keep").is_hidden()  # nothing is unlike it
+    window.locator("#undo").dispatch_event("click")
     until(window, lambda: window.locator("#examples figure").count() == 0)
     assert len(Moves.load(tmp_path / "new.json")) == 0
+    assert window.locator("#undo").is_hidden()
     assert window.problems == []
 
 

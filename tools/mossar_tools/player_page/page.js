@@ -62,15 +62,17 @@ function showBoard(person) {
 
 const LARGE = { watch: "now", again: "again", taken: "taken", failed: "again" };
 
-function showTeaching({ phase, runs, name, seconds, message, first, version: newest }) {
+function showTeaching({ phase, runs, keep, undo, name, seconds, message, first, version: newest }) {
   put("teach", runs ? "Cancel" : "Teach");
+  at("keep").hidden = !keep;
+  at("undo").hidden = !undo || keep;
   if (!at("move").value && !at("move").dataset.touched) at("move").value = first;
   at("countdown").hidden = phase === "idle";
   at("countdown").className = phase === "count" ? "" : "word";
   if (phase !== "idle") {
     at("countdown").querySelector("b").textContent = phase === "count" ? seconds : LARGE[phase];
     at("countdown").querySelector("span").textContent =
-      { count: `get ready for ${name}`, watch: `do ${name}, then rest` }[phase] ?? message;
+      { count: `get ready for ${name}`, watch: message || `do ${name}, then rest`, again: `${message}; do ${name} again, or press Keep` }[phase] ?? message;
   }
   put("taught", runs ? "" : message);
   if (newest !== version) {
@@ -144,6 +146,8 @@ at("teaching").onsubmit = (event) => {
   event.preventDefault();
   ask(state?.teaching.runs ? { do: "cancel" } : { do: "teach", name: at("move").value });
 };
+at("keep").onclick = () => ask({ do: "keep" });
+at("undo").onclick = () => ask({ do: "undo" });
 at("again").onclick = () => ask({ do: "again" });
 at("theme").onclick = () => theme(root.dataset.theme !== "dark");
 at("dashboard").hidden = !about.dashboard;

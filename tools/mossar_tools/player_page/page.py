@@ -94,6 +94,8 @@ class PlayerPage:
         wanted: dict[str, Callable[[], None]] = {
             "teach": lambda: self._show.teach(asked.name.strip()),
             "cancel": teaching.cancel,
+            "keep": teaching.keep,
+            "undo": teaching.undo,
             "forget": lambda: teaching.forget(asked.place, asked.mark),
             "again": self._begin_again,
         }
@@ -172,6 +174,8 @@ class PlayerPage:
         return {
             "phase": state.phase,
             "runs": state.runs,
+            "keep": state.can_keep,
+            "undo": state.can_undo,
             "name": state.name,
             "seconds": state.seconds,
             "message": state.message,

@@ -40,7 +40,7 @@ class Asked(msgspec.Struct, forbid_unknown_fields=True):
     """What a window asks for.
 
     Args:
-        do: `next` for the next state, `teach`, `cancel`, `forget`, `again`.
+        do: `next` for the next state, `teach`, `cancel`, `keep`, `undo`, `forget`, `again`.
         name: Of the move to teach.
         place: Of the example to forget, from 0.
         mark: Of the same, see `dashboard.teaching.mark_of`.
