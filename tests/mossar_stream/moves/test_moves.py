@@ -180,3 +180,21 @@ def test_examples_of_a_kinect_serve_other_joint_sets(streamed):
         ("raise", "confirmed", "right_arm"),
         ("raise", "final", "right_arm"),
     ]
+
+
+def test_a_movement_whose_frames_are_known_keeps_its_pauses():
+    person = Skeleton(("hip", "left", "right"), (-1, 0, 0))
+    up = np.sin(np.linspace(0.0, np.pi / 2, 20))
+    height = np.concatenate([np.zeros(20), up, np.ones(30), up[::-1], np.zeros(20)])
+    positions = np.zeros((len(height), 3, 3))
+    positions[:, 1:, 0] = 0.3, -0.3
+    positions[:, 1, 1] = height
+    moves = Moves(person)
+    moves.add("reach", positions, 30.0)
+    moves.add("reach", positions, 30.0, movement=(20, 90))
+    seconds = [example.seconds(3) for example in moves.examples]
+    assert seconds[0] < 1.0
+    assert seconds[1] == pytest.approx(70 / 30, abs=0.15)
+    for wrong in ((-1, 5), (5, 4), (0, len(height))):
+        with pytest.raises(MovesError, match="is not in an example"):
+            moves.add("reach", positions, 30.0, movement=wrong)
