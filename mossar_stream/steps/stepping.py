@@ -57,7 +57,8 @@ class Stepping:
         state["way"] = (LEAST_WAY if rich else LEAST_WAY_OF_ANKLES) / settings.step_sensitivity
         if settings.up != "auto":
             state["up"], state["is_up_given"] = UPWARD_AXES[settings.up], 1
-        state["time"] = state["sample"] = -np.inf
+        state["time"] = state["sample"] = state["looked"] = -np.inf
+        state["feet"]["last"] = -np.inf
         state["due"] = -np.inf
         self.reported = (-1, 0)  # take, and number of its latest event
         self.address = address_of_follow_feet()
@@ -107,7 +108,9 @@ class Stepping:
         state = self._state[0]
         for foot in state["feet"]:
             foot["state"], foot["first"], foot["rest"] = 0, foot["count"], np.nan
-        state["time"] = state["sample"] = state["due"] = -np.inf
+            foot["judged"], foot["last"] = foot["count"], -np.inf
+        state["belt"], state["drift"] = 0.0, 0.0
+        state["time"] = state["sample"] = state["looked"] = state["due"] = -np.inf
 
     def to_bytes(self) -> bytes:
         """Return the state, for a snapshot."""
@@ -134,10 +137,14 @@ class Stepping:
             & (feet["first"] <= counts)
             & (counts < 1 << 60)
             & (feet["peak_at"] <= counts)
+            & (feet["judged"] >= feet["first"])
+            & (feet["judged"] <= counts)
         )
+        belt = np.isfinite(fresh["belt"]).all() and np.isfinite(fresh["drift"]).all()
         states = (feet["state"] >= 0) & (feet["state"] <= 3) & (feet["event"] >= 0) & (feet["event"] <= 2)
         if (
             not (within & states & (feet["peak_at"] >= 0)).all()
+            or not belt
             or (fresh["number"] < 0).any()
             or np.isnan(fresh["due"]).any()
         ):
