@@ -50,6 +50,7 @@ from mossar_stream.frames import constant_times as constant_times
 from mossar_stream.frames import narrow as narrow
 from mossar_stream.frames import performer_name as performer_name
 from mossar_stream.joint_names import JointName as JointName
+from mossar_stream.joint_names import counterparts as counterparts
 from mossar_stream.joint_names import find_joints as find_joints
 from mossar_stream.joint_names import plain_name as plain_name
 from mossar_stream.joint_names import read_joint_names as read_joint_names

@@ -42,9 +42,13 @@ cdef class StepReader(Reader):
 
     cdef int end(self, int64_t take, list pending) except -1:
         cdef Steps* steps = <Steps*>cnp.PyArray_DATA(self.state)
-        cdef int64_t side
+        cdef Foot* foot
+        cdef int64_t side, d
         for side in range(2):
-            steps.feet[side].state, steps.feet[side].first = 0, steps.feet[side].count
-            steps.feet[side].rest = NAN
-        steps.time = steps.sample = steps.due = -INFINITY
+            foot = &steps.feet[side]
+            foot.state, foot.first, foot.rest = 0, foot.count, NAN
+            foot.judged, foot.last = foot.count, -INFINITY
+        for d in range(3):
+            steps.belt[d] = steps.drift[d] = 0.0
+        steps.time = steps.sample = steps.looked = steps.due = -INFINITY
         return 0

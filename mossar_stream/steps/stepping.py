@@ -48,7 +48,8 @@ class Stepping(StepReader):
         state["way"] = (LEAST_WAY if rich else LEAST_WAY_OF_ANKLES) / settings.step_sensitivity
         if settings.up != "auto":
             state["up"], state["is_up_given"] = UPWARD_AXES[settings.up], 1
-        state["time"] = state["sample"] = -np.inf
+        state["time"] = state["sample"] = state["looked"] = -np.inf
+        state["feet"]["last"] = -np.inf
         state["due"] = -np.inf
 
     def to_bytes(self) -> bytes:
@@ -75,10 +76,14 @@ class Stepping(StepReader):
             & (feet["first"] <= counts)
             & (counts < 1 << 60)
             & (feet["peak_at"] <= counts)
+            & (feet["judged"] >= feet["first"])
+            & (feet["judged"] <= counts)
         )
+        belt = np.isfinite(fresh["belt"]).all() and np.isfinite(fresh["drift"]).all()
         states = (feet["state"] >= 0) & (feet["state"] <= 3) & (feet["event"] >= 0) & (feet["event"] <= 2)
         if (
             not (within & states & (feet["peak_at"] >= 0)).all()
+            or not belt
             or (fresh["number"] < 0).any()
             or np.isnan(fresh["due"]).any()
         ):

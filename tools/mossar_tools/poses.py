@@ -103,7 +103,8 @@ def draw_body(axes: Any, skeleton: Skeleton, x: Any, y: Any, palette: Palette) -
     if head >= 0:
         axes.plot(x[head], y[head], "o", ms=5.5, color=palette.ink, clip_on=False)
     if not skeleton.bones():
-        axes.plot(x, y, "o", ms=2.0, color=palette.ink, clip_on=False)
+        for own, colour in colours.items():
+            axes.plot(x[side == own], y[side == own], "o", ms=2.0, color=colour, clip_on=False)
 
 
 def spread(times: Sequence[float], low: float, high: float, gap: float) -> list[float]:

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream import Skeleton
+from mossar_stream import Skeleton, counterparts, read_joint_names
 
 Floats = NDArray[np.float64]
 
@@ -123,4 +123,6 @@ def _pairs(skeleton: Skeleton) -> tuple[tuple[int, int], ...]:
         both = tuple((lefts[name], rights[name]) for name in lefts if name in rights)
         if len(both) >= 2:
             return both
-    return ()
+    read, others = read_joint_names(skeleton.names), counterparts(skeleton.names)
+    found = tuple((j, other) for j, other in enumerate(others) if other >= 0 and read[j].side == "left")
+    return found if len(found) >= 2 else ()

@@ -71,6 +71,7 @@ def read(path: Path, options: ReadOptions) -> Recording:
     fps = options.fps or rate_of(path, header, parameters)
     labels, columns = _markers(path, parameters, layout.points)
     subjects, notes = subjects_of(path, labels, options.performer)
+    notes = (*notes, *_unnamed(parameters, layout.points, labels))
     if layout.count < layout.announced:
         notes = (*notes, f"the file is cut off: {layout.count} of {layout.announced} frames are there")
 
@@ -193,14 +194,29 @@ def rate_of(path: Path, header: C3dHeader, parameters: dict[str, Value]) -> floa
     raise FileError(path, f"a rate of {header.rate} Hz is impossible; set --fps")
 
 
-def _markers(path: Path, parameters: dict[str, Value], points: int) -> tuple[list[str], list[int]]:
-    """Return labels and places of the points that are named markers; of all if none has a name."""
+def _unnamed(parameters: dict[str, Value], points: int, taken: list[str]) -> tuple[str, ...]:
+    """Return a note about points that the tracking left without a name, as `*0`, if named ones are taken."""
+    stars = [label for label in _labels(parameters)[:points] if label.startswith("*")]
+    if not stars or set(stars) & set(taken) or taken == [f"point{i}" for i in range(points)]:
+        return ()
+    more = ", ..." if len(stars) > 3 else ""
+    word = "points" if len(stars) > 1 else "point"
+    return (f"{len(stars)} {word} without a name ({', '.join(stars[:3])}{more}) left out",)
+
+
+def _labels(parameters: dict[str, Value]) -> list[str]:
     labels: list[str] = []
     for name in ("LABELS", *(f"LABELS{k}" for k in range(2, 300))):
         more = parameters.get(f"POINT:{name}")
         if not isinstance(more, list):
             break
         labels += more
+    return labels
+
+
+def _markers(path: Path, parameters: dict[str, Value], points: int) -> tuple[list[str], list[int]]:
+    """Return labels and places of the points that are named markers; of all if none has a name."""
+    labels = _labels(parameters)
     computed = {
         label
         for name in _NO_POSITIONS

@@ -20,6 +20,7 @@ _AXIS_FIRST = re.compile(rf"(?P<axis>[xyz]){_SEPARATOR}(?P<joint>.+)", re.IGNORE
 _CONFIDENCE = re.compile(
     rf"(?P<joint>.+?){_SEPARATOR}(?:c|conf|confidence|score|visibility|likelihood)", re.IGNORECASE
 )
+_NUMBERED = re.compile(r"(?P<joint>.+?)\s*[\[(](?P<axis>[0-3])[\])]")
 _OTHER_VECTORS = re.compile(
     r"(?:^|[\s._:/\-])(?:q|quat|quaternion|rot|rotation|euler|angles?|ori|orientation|vel|velocity|acc|accel|"
     r"acceleration|gyro|mag|scale|offset|forces?|moments?)$",
@@ -64,7 +65,7 @@ def find_columns(header: Sequence[str]) -> Columns | None:
     """Return what the headings say, or None if there is no joint among them."""
     if len(header) > MAX_COLUMNS:
         return None
-    cells = [_plain(cell) for cell in header]
+    cells = _with_axes([_plain(cell) for cell in header])
     triples = _triples(cells, _AXIS_LAST) or _triples(cells, _AXIS_FIRST)
     if not triples:
         return None
@@ -77,6 +78,20 @@ def find_columns(header: Sequence[str]) -> Columns | None:
 
 def _plain(cell: str) -> str:
     return _LONG_RUN.sub(r"\1", cell.strip().strip('"').strip()) if len(cell) <= MAX_HEADING else ""
+
+
+def _with_axes(cells: list[str]) -> list[str]:
+    """Return headings with `.x`, `.y`, `.z` for `[0]`, `[1]`, `[2]`, as tables of vectors number them; `[3]` is their 1."""
+    numbered = [_NUMBERED.fullmatch(cell) for cell in cells]
+    axes: dict[str, set[str]] = {}
+    for match in filter(None, numbered):
+        axes.setdefault(match["joint"], set()).add(match["axis"])
+    return [
+        f"{match['joint']}.{'xyz'[int(match['axis'])]}"
+        if match and match["axis"] in "012" and axes[match["joint"]] >= {"0", "1", "2"}
+        else cell
+        for cell, match in zip(cells, numbered, strict=True)
+    ]
 
 
 def _triples(cells: Sequence[str], pattern: re.Pattern[str]) -> dict[str, tuple[int, int, int]]:

@@ -18,6 +18,8 @@ from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
 from mossar_stream import Frames, constant_times
 
+RATES_DIFFER = 0.05  # share by which times contradict a stated rate
+
 
 class MarkerTable(msgspec.Struct, frozen=True):
     """A table whose heading is understood.
@@ -57,8 +59,13 @@ def read_markers(table: MarkerTable, options: ReadOptions) -> Recording:
     subjects, notes = subjects_of(path, table.labels, options.performer)
     fps = options.fps or table.fps
     timed = options.fps is None and table.time >= 0 and _has_times(table)
-    if fps is None and timed:
-        fps = rate_of_times(_columns(next(table.rows.blocks()), table, [table.time])[:, 0])
+    if timed:
+        of_times = rate_of_times(_columns(next(table.rows.blocks()), table, [table.time])[:, 0])
+        if fps is None:
+            fps = of_times
+        elif of_times is not None and abs(of_times / fps - 1) > RATES_DIFFER:
+            note = f"the heading says {fps:g} Hz and the times say {of_times:.4g} Hz: the times count; set --fps to change"
+            fps, notes = of_times, (*notes, note)
     if not timed and (fps is None or not plausible_rate(fps)):
         stated = "the file states neither rate nor times" if fps is None else f"{fps} Hz is no possible rate"
         raise FileError(path, f"{stated}; set --fps")

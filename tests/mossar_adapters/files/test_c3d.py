@@ -174,3 +174,11 @@ def test_real_files_that_libraries_refuse_are_read(shared):
     assert trimmed.first_frame == 49
     with pytest.raises(FileError, match="the file is empty"):
         open_recording(folder / "Empty.c3d")
+
+
+def test_points_without_a_name_are_left_out_with_a_note(sample):
+    labels = ("LASI", "*0", "*1", "RASI")
+    recording = open_recording(sample("c3d", labels=labels))
+    assert recording.skeleton.names == ("LASI", "RASI")
+    assert "2 points without a name (*0, *1) left out" in recording.notes
+    assert open_recording(sample("c3d", labels=("*0", "*1"))).notes == ()

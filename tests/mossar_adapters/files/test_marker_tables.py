@@ -278,3 +278,16 @@ def test_a_real_file_that_is_cut_off_yields_its_whole_frames_with_a_note(shared)
     recording = open_recording(shared / "formats" / "trc" / "markers.trc")
     assert len(positions_of(recording)) == recording.frame_count >= 93
     assert recording.notes[0] == f"the file is cut off: {recording.frame_count} of 652 frames are there"
+
+
+def test_times_count_where_the_stated_rate_contradicts_them(sample):
+    plain = open_recording(sample("trc"))
+    path = sample("trc")
+    lines = path.read_text().split("\n")
+    lines[2] = "\t".join([f"{plain.fps / 2:.2f}", *lines[2].split("\t")[1:]])
+    path.write_text("\n".join(lines))
+    recording = open_recording(path)
+    assert recording.fps == plain.fps
+    assert any("the times count; set --fps" in note for note in recording.notes)
+    assert plain.notes == ()
+    assert open_recording(path, ReadOptions(fps=25)).fps == 25

@@ -230,3 +230,13 @@ def test_numbered_landmarks_get_their_names_and_image_coordinates_a_person_s_siz
     assert recording.skeleton.names[:2] == ("nose", "left_eye_inner")
     assert height(positions_of(recording)) == pytest.approx(1.7)
     assert "coordinates have no unit" in "".join(recording.notes)
+
+
+def test_headings_may_number_the_axes(tmp_path):
+    heads = [f"{name}[{axis}]" for name in ("Hips", "C7") for axis in range(4)]
+    rows = [[n / 30, 0.1, 1.0, 0.2 + n, 1.0, 0.3, 1.7, 0.4, 1.0] for n in range(5)]
+    path = tmp_path / "numbered.csv"
+    path.write_text("\n".join(",".join(map(str, row)) for row in [["time", *heads], *rows]))
+    recording = open_recording(path, ReadOptions(unit="m"))
+    assert recording.skeleton.names == ("Hips", "C7")
+    np.testing.assert_allclose(positions_of(recording)[4], [[0.1, 1.0, 4.2], [0.3, 1.7, 0.4]], rtol=1e-6)
