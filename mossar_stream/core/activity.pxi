@@ -200,14 +200,29 @@ cdef (double, double) active_span(
     first = last = NAN
     if not path > 0.0:
         return first, last
-    for i in range(state.bouts + state.moving):
+    for i in range(_first_bout(activity, begin - 2.0 * MARGIN), state.bouts + state.moving):
         is_over = i < state.bouts
         bout_begin = bouts.at[i].begin if is_over else state.since
         bout_end = bouts.at[i].end if is_over else state.above
+        if bout_begin > end + late + MARGIN:
+            break
         if _is_in_segment(bout_begin, bout_end, begin, end, late):
             first = min(max(bout_begin, begin), end) if isnan(first) else first
             last = max(min(bout_end, end), first)
     return first, last
+
+
+cdef inline int64_t _first_bout(Activity* activity, double time) noexcept nogil:
+    """Return the place of the first bout that ends at a time, s, or later, by bisection: a recording has many."""
+    cdef int64_t low, high, middle
+    low, high = 0, activity.state.bouts
+    while low < high:
+        middle = (low + high) // 2
+        if activity.bouts.at[middle].end < time:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 cdef inline bint _is_in_segment(double bout_begin, double bout_end, double begin, double end, double late) noexcept nogil:

@@ -148,15 +148,23 @@ cdef inline void _decision_leave(Window* w, int64_t settled, int64_t passed, int
     places = w.plan.capacity + 2
     for i in range(w.counts.columns):
         w.counts.at[places * w.counts.columns + i] = w.counts.at[ordinal % places * w.counts.columns + i]
-    if moves and frame != oldest:
+    if moves and frame != oldest and w.plan.offline == 0:  # a recording is not ranked after its first decision
         # The first segment is no longer what it was; what was remembered of it is void.
         remerging_forget(w.memo, ordinal)
 
 
 cdef void _shift(Window* w, int64_t count) noexcept nogil:
-    """Drop the leftmost key frames and segments; if none is left, the newest key frame stays in place 0."""
+    """Drop the leftmost key frames and segments; if none is left, the newest key frame stays in place 0.
+
+    A recording has many, which are all decided in one call: there the window begins farther to the right instead.
+    """
     cdef int64_t undecided, i
     undecided = w.state.undecided
+    if w.plan.offline == 1:
+        w.keys.at += min(count, undecided - 1)
+        w.order.at += min(count, undecided - 1)
+        w.state.undecided -= count
+        return
     if count == undecided:
         w.keys.at[0] = w.keys.at[count - 1]
     for i in range(undecided - count):

@@ -64,13 +64,9 @@ cdef inline int64_t best_pose(Window* w, int64_t open_slot, int64_t end_frame) n
         open_slot: Slot of the open segment.
         end_frame: The new place lies before this frame.
     """
-    cdef int64_t unmoved, back, neighbour, limit, direction, place, there
+    cdef int64_t unmoved, neighbour, limit, direction, place, there
     cdef double most, cost
-    unmoved = UNMOVED
-    for back in range(w.history.state.filled):
-        if w.history.marks.at[place_back(&w.history, back)].frame < w.keys.at[0].frame:
-            break
-        unmoved = back
+    unmoved = _newer_poses(w, w.keys.at[0].frame) - 1  # of those not older than the key frame, the oldest; or none
     neighbour = right_neighbour(w)
     limit = w.keys.at[neighbour].frame if neighbour < w.state.undecided else end_frame
     place, most = UNMOVED, -1.0
@@ -79,6 +75,19 @@ cdef inline int64_t best_pose(Window* w, int64_t open_slot, int64_t end_frame) n
         if cost > most:
             place, most = there, cost
     return place
+
+
+cdef int64_t _newer_poses(Window* w, int64_t frame) noexcept nogil:
+    """Return how many of the kept poses are of this frame or a later one, by bisection: a recording keeps many."""
+    cdef int64_t low, high, middle
+    low, high = 0, w.history.state.filled
+    while low < high:
+        middle = (low + high) // 2
+        if w.history.marks.at[place_back(&w.history, middle)].frame >= frame:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 cdef inline (int64_t, double) _search(
@@ -126,11 +135,10 @@ cdef void move_poses(Window* w, int64_t source, int64_t target, int64_t begin_fr
     cdef int64_t back
     cdef Mark* mark
     pose = w.scratch.pose
-    for back in range(w.history.state.filled):
+    for back in range(_newer_poses(w, end_frame), _newer_poses(w, begin_frame)):
         mark = &w.history.marks.at[place_back(&w.history, back)]
-        if begin_frame <= mark.frame < end_frame:
-            load_pose(&w.history, pose, back)
-            add_pose(w.params, row_of_doubles(w.summaries, source), pose, w.plan.joints, mark.time, -mark.weight)
-            add_pose(w.params, row_of_doubles(w.summaries, target), pose, w.plan.joints, mark.time, mark.weight)
+        load_pose(&w.history, pose, back)
+        add_pose(w.params, row_of_doubles(w.summaries, source), pose, w.plan.joints, mark.time, -mark.weight)
+        add_pose(w.params, row_of_doubles(w.summaries, target), pose, w.plan.joints, mark.time, mark.weight)
     close(w.params, row_of_doubles(w.summaries, source))
     close(w.params, row_of_doubles(w.summaries, target))

@@ -239,6 +239,8 @@ cdef inline int64_t mark_at(PoseHistory* history, double time) noexcept nogil:
         distance = abs(marks.at[here].time - time)
         if distance < least - MARGIN:
             best, least = here, distance
+        elif marks.at[here].time <= time:
+            break  # those before it lie farther off
     return best
 
 

@@ -61,6 +61,7 @@ cdef struct Remerging:  # What one run of Algorithm 3 works on, for K key frames
     Doubles costs  # (K,) scratch for the costs of the merges
     Doubles strengths  # (K,) set to the strength of each key frame
     Ints removed  # (K,) set to the key frames in the order in which they are removed
+    Ints tree  # (K,) scratch for the cheaper key frame of each two neighbours, of each two of these, and so on
     Ints labels  # (K,) on whether each ends a repetition, see repetition_labels.pxi
 
 
@@ -79,7 +80,7 @@ cdef void remerge(Remerging* run, int64_t count, double tempo) noexcept nogil:
     _list_key_frames(run, count)  # line 2
     highest = 0.0
     for step in range(count):  # line 3
-        x = _cheapest(run.costs, count)  # lines 6 to 12
+        x = _cheapest(run, count)  # lines 6 to 12
         highest = max(highest, run.costs.at[x] / tempo)
         run.strengths.at[x] = highest
         run.removed.at[step] = x
@@ -112,15 +113,37 @@ cdef inline void _list_key_frames(Remerging* run, int64_t count) noexcept nogil:
     for i in range(count):
         bounds = (run.bounds.at[i], run.bounds.at[i + 1], run.bounds.at[i + 2])
         run.costs.at[i] = _judged(run, i, _cost(run, i, i + 1, bounds))
+    _grow_tree(run, count)
 
 
-cdef int64_t _cheapest(Doubles costs, int64_t count) noexcept nogil:
-    cdef int64_t x, i
-    x = 0
-    for i in range(1, count):
-        if costs.at[i] < costs.at[x]:
-            x = i
-    return x
+cdef inline int64_t _cheapest(Remerging* run, int64_t count) noexcept nogil:
+    """Return the key frame with the cheapest merge, the earliest of several, in one step."""
+    return run.tree.at[1] if count > 1 else 0
+
+
+cdef inline void _grow_tree(Remerging* run, int64_t count) noexcept nogil:
+    """Compare all key frames, two by two, from the leaves to the root; node i has the children 2 i and 2 i + 1."""
+    cdef int64_t i
+    for i in range(count - 1, 0, -1):
+        run.tree.at[i] = _cheaper(run, count, 2 * i)
+
+
+cdef inline void _compare_again(Remerging* run, int64_t count, int64_t x) noexcept nogil:
+    """Let the tree know that the cost of a key frame has changed: as many steps as the tree is high."""
+    cdef int64_t i = (x + count) // 2
+    while i > 0:
+        run.tree.at[i] = _cheaper(run, count, 2 * i)
+        i //= 2
+
+
+cdef inline int64_t _cheaper(Remerging* run, int64_t count, int64_t child) noexcept nogil:
+    """Return the cheaper key frame of two neighbours in the tree, the earlier one if they cost the same."""
+    cdef int64_t one, other
+    one = run.tree.at[child] if child < count else child - count
+    other = run.tree.at[child + 1] if child + 1 < count else child + 1 - count
+    if run.costs.at[other] < run.costs.at[one]:
+        return other
+    return min(one, other) if run.costs.at[other] == run.costs.at[one] else one
 
 
 cdef inline void _remove(Remerging* run, int64_t count, int64_t x) noexcept nogil:
@@ -132,6 +155,7 @@ cdef inline void _remove(Remerging* run, int64_t count, int64_t x) noexcept nogi
     costs = run.costs
     bounds = run.bounds
     costs.at[x] = INFINITY
+    _compare_again(run, count, x)
     left, right = run.before[x], run.after[x]
     merged = run.node[x]
     run.waiting[run.last_waiting[merged]] = run.node[right]
@@ -143,10 +167,12 @@ cdef inline void _remove(Remerging* run, int64_t count, int64_t x) noexcept nogi
         later = run.after[right]
         cost = _cost(run, merged, run.node[later], (a, b, bounds.at[later + 1]))
         costs.at[right] = _judged(run, right, cost)
+        _compare_again(run, count, right)
     if left >= 0:
         run.after[left] = right
         earlier = bounds.at[run.before[left] + 1]
         costs.at[left] = _judged(run, left, _cost(run, run.node[left], merged, (earlier, a, b)))
+        _compare_again(run, count, left)
 
 
 cdef inline double _judged(Remerging* run, int64_t x, double cost) noexcept nogil:

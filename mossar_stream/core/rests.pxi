@@ -35,6 +35,7 @@ cdef void label_rests(Window* w, int64_t count) noexcept nogil:
     quietest, _ = noises_of_speed(w.noise, w.plan.moving_joints, True)
     if quietest > UPPER_LINE:
         return
+    _note_order(w, count)
     for b in range(-1, state.bouts):
         begin = w.state.left_time if b < 0 else bouts.at[b].end
         if b < 0 and w.state.left_ordinal >= 0:  # the take began earlier
@@ -49,15 +50,51 @@ cdef void label_rests(Window* w, int64_t count) noexcept nogil:
             _judge_rest(w, count, begin, end, b < 0)
 
 
+cdef void _note_order(Window* w, int64_t count) noexcept nogil:
+    """Note of each key frame the latest time up to it, and the earliest from it on, s, so that `_keys_between` finds some.
+
+    Key frames that were placed at candidates are nearly, but not always, in the order of their times. The scratch is
+    that of costs and strengths, which are computed later.
+    """
+    cdef int64_t i
+    cdef double latest, earliest
+    latest, earliest = -INFINITY, INFINITY
+    for i in range(count):
+        latest = max(latest, w.keys.at[i].at_time)
+        w.scratch.costs.at[i] = latest
+    for i in range(count - 1, -1, -1):
+        earliest = min(earliest, w.keys.at[i].at_time)
+        w.scratch.strengths.at[i] = earliest
+
+
+cdef (int64_t, int64_t) _keys_between(Window* w, int64_t count, double begin, double end) noexcept nogil:
+    """Return the first key frame, and the one behind the last, between which all lie whose times are in between, s."""
+    return _count_until(w.scratch.costs, count, begin), _count_until(w.scratch.strengths, count, end)
+
+
+cdef int64_t _count_until(Doubles times, int64_t count, double time) noexcept nogil:
+    """Return how many of ascending times are at most this one, s."""
+    cdef int64_t low, high, middle
+    low, high = 0, count
+    while low < high:
+        middle = (low + high) // 2
+        if times.at[middle] <= time:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
 cdef void _judge_rest(Window* w, int64_t count, double begin, double end, bint is_first) noexcept nogil:
     """Set the labels of the key frames of one rest; the one that a take begins with has no key frame at its begin."""
-    cdef int64_t first, last, i
+    cdef int64_t first, last, i, some, behind
     cdef double after, before
     first = NO_KEY if is_first else _rests_nearest(w, count, begin, KIND_OFFSET)
     last = _rests_nearest(w, count, end, KIND_ONSET) if end < INFINITY else NO_KEY
     after = _time_of(w, first, begin)
     before = _time_of(w, last, min(end, w.clock.time - UNSURE))
-    for i in range(count):
+    some, behind = _keys_between(w, count, after, before)
+    for i in range(some, behind):
         if after + MARGIN < w.keys.at[i].at_time < before - MARGIN:
             w.scratch.labels.at[i] = WITHIN
     if first >= 0:
@@ -68,12 +105,13 @@ cdef void _judge_rest(Window* w, int64_t count, double begin, double end, bint i
 
 cdef int64_t _rests_nearest(Window* w, int64_t count, double time, int64_t kind) noexcept nogil:
     """Return the key frame that is nearest to a time, s, if there is one near; of two at the same distance the first."""
-    cdef int64_t i, best
+    cdef int64_t i, best, some, behind
     cdef double least, distance
     best, least = NO_KEY, NEAR_REST
     if w.state.left_ordinal >= 0 and abs(w.state.left_time - time) < least - MARGIN:
         best, least = LEFT_END, abs(w.state.left_time - time)
-    for i in range(count):
+    some, behind = _keys_between(w, count, time - NEAR_REST, time + NEAR_REST)
+    for i in range(some, behind):
         distance = abs(w.keys.at[i].at_time - time)
         if w.keys.at[i].kind != kind:
             distance += OTHER_KIND

@@ -206,6 +206,7 @@ cdef void rank(Window* w, int64_t open_slot) noexcept nogil:
     run.before, run.after, run.node = scratch.links, scratch.links + places, scratch.links + 2 * places
     run.waiting, run.last_waiting = scratch.links + 3 * places, scratch.links + 4 * places
     run.costs, run.strengths, run.removed = scratch.costs, scratch.strengths, scratch.removed
+    run.tree = scratch.active  # which is not needed before segments are described
     remerge(&run, count, state.pace)
     for i in range(count):
         w.keys.at[i].strength = scratch.strengths.at[i]

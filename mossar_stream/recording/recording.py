@@ -539,7 +539,14 @@ def _push_all(
     """
     frames, times = recorded
     bounds = {*range(0, len(times), 1 if curves or len(middles) else max(1, len(times))), len(times)}
-    counted = {int(np.argmax(times >= time)): header for time, header in analyses if time < np.inf}
+    # The first frame that is not before each look; of frames out of order the latest time so far counts.
+    reached = np.fmax.accumulate(np.where(np.isnan(times), -np.inf, times))
+    places = reached.searchsorted([time for time, _ in analyses])
+    counted = {
+        int(place) % len(times): header
+        for place, (time, header) in zip(places, analyses, strict=True)
+        if time < np.inf
+    }
     bounds |= set(counted)
     states: list[CurveState] = []
     core = Performer(Workspace(), (row,), (), tuple(readers))
