@@ -142,7 +142,7 @@ class Batch:
         if line is not None:
             self._settle(line)
             self._finish(left.performer, line)
-            line.sender = None  # the next one with this name has a clock of its own
+            line.sender = line.clock = None  # the next one with this name has a clock of its own
             self._ready.append(left)
 
     def _add(self, pose: Pose) -> None:

@@ -402,6 +402,8 @@ def test_bones_are_known_in_the_names_of_any_program(names, trunk):
     assert found["Hips"] == joints[0]
     assert found["LeftUpperArm"] in {"upperarm_l", "LeftArm", "L_Shoulder", "lShldr", "左腕"}
     assert found["LeftUpperLeg"] in {"thigh_l", "LeftUpLeg", "L_Hip", "lThigh", "左足"}
+
+
 ARM = ("Hips", "Spine", "LeftUpperArm", "LeftLowerArm", "LeftHand")
 
 
