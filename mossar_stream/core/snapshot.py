@@ -42,12 +42,14 @@ class Numbers(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
         performances: Of the latest performance of a followed move in this take.
         counts: How many performances of each followed move are done in this take.
         poses: Of the latest held pose in this take.
+        steps: Of the latest step in this take.
     """
 
     moves: Number = 0
     performances: Number = 0
     counts: dict[str, Number] = {}
     poses: Number = 0
+    steps: Number = 0
 
 
 class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -89,7 +89,7 @@ cdef class FollowReader(Reader):
         self.every = self.known().state.every = every
 
     def now(self, int64_t m):
-        """Return where the performer is in move m at the last frame, as fields of a `FollowState`; None if it is not being made."""
+        """Return the fields of a `FollowState` of move m at the last frame; None if it is not being made."""
         cdef FollowMemory known = self.known()
         cdef FollowReport* report = <FollowReport*>(known.reports.at + m * known.reports.columns)
         if known.moves[m].active == 0:

@@ -64,6 +64,7 @@ class Followers(NamedTuple):
             performances=followed[0],
             counts=known.counts | followed[1],
             poses=known.poses if self.holding is None else self.holding.number,
+            steps=known.steps if self.stepping is None else self.stepping.number(take),
         )
 
     def recognising(
@@ -106,6 +107,16 @@ class Followers(NamedTuple):
             alignment.count_on_from(numbers.performances, numbers.counts)
         return self._replace(followed=followed, alignment=alignment, kept=numbers, kept_take=take), events
 
+    def _stepping(self, plan: Plan, performer: str, take: int | None) -> "Followers":
+        """Return what follows if other settings decide about steps; steps of one take are numbered on."""
+        stepping = stepping_of(plan, performer)
+        if take is None:
+            return self._replace(stepping=stepping)
+        numbers = self.numbers(take)
+        if stepping is not None:
+            stepping.count_on_from(take, numbers.steps)
+        return self._replace(stepping=stepping, kept=numbers, kept_take=take)
+
     def adapted(
         self, plan: Plan, before: Settings, performer: str, take: int | None
     ) -> tuple["Followers", list[Event]]:
@@ -119,7 +130,7 @@ class Followers(NamedTuple):
         """
         current, fresh, events = plan.user_settings, self, list[Event]()
         if any(getattr(current, name) != getattr(before, name) for name in OF_STEPS):
-            fresh = fresh._replace(stepping=stepping_of(plan, performer))
+            fresh = fresh._stepping(plan, performer, take)
         if current.up == before.up:
             return fresh, events
         if take is None:

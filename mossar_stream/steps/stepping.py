@@ -52,6 +52,14 @@ class Stepping(StepReader):
         state["feet"]["last"] = -np.inf
         state["due"] = -np.inf
 
+    def number(self, take: int) -> int:
+        """Return the number of the latest step in a take."""
+        return int(self._state["number"][0]) if self._state["take"][0] == take else 0
+
+    def count_on_from(self, take: int, number: int) -> None:
+        """Number the steps of a take on from the number of the latest one."""
+        self._state["take"], self._state["number"] = take, number
+
     def to_bytes(self) -> bytes:
         """Return the state, for a snapshot."""
         return self._state.tobytes()

@@ -184,6 +184,18 @@ def test_moves_that_do_not_fit_the_stream_are_said(mossar, recording, tmp_path):
     assert "tail" in err
 
 
+@pytest.mark.parametrize("name", ["all", "left,right"])
+def test_a_name_that_follow_could_not_take_is_refused(mossar, recording, tmp_path, name):
+    status, _, err = mossar(
+        "teach", tmp_path / "moves.json", recording("take.npz", shown(PUNCH)), "--name", name, "--unit", "m"
+    )
+    assert status == 2
+    assert err.splitlines()[-1].endswith(
+        f"a move cannot be called {name!r}: --follow takes names with commas between, or all"
+    )
+    assert not (tmp_path / "moves.json").exists()
+
+
 @pytest.mark.parametrize("suffix", [".eaf", ".TextGrid", ".txt"])
 def test_annotations_name_moves(mossar, recording, tmp_path, suffix):
     if suffix != ".txt":

@@ -16,7 +16,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from mossar_tools.cli import COMMANDS, command_called, main, parser_of
+from mossar_tools.cli import COMMANDS, command_called, main
+from mossar_tools.parser import parser_of
 from mossar_tools.places import READ, WRITTEN, WRITTEN_BY
 
 _FILES: Final = ("FILE", "DIR", "SINK", "SOURCE", "RECORDING", "LABELS", "JOB", "IN", "OUT")

@@ -37,6 +37,19 @@ def read_moves(path: str | Path) -> Moves:
         raise UsageError(f"{path}: {error}") from None
 
 
+def check_taught_name(name: str) -> str:
+    """Return a name that a move may have which is shown now, and followed by `--follow`.
+
+    Raises:
+        MovesError: If it is no name of a move, or `--follow` could not name it.
+    """
+    if name == EVERY or "," in name:
+        raise MovesError(
+            f"a move cannot be called {name[:80]!r}: --follow takes names with commas between, or {EVERY}"
+        )
+    return Moves.check_name(name)
+
+
 def moves_to_follow(
     path: str | Path | None, names: Sequence[str], *, teaches: bool = False
 ) -> tuple[Moves | None, Follow]:

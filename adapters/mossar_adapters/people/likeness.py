@@ -124,14 +124,14 @@ class _Places:
         moved = self._velocities * np.minimum(gaps, _AHEAD)[:, None]
         away = centre(newcomer.seen) - (self._middles + moved)
         distances = np.sqrt(np.einsum("mk,mk->m", away, away))
-        for k in np.flatnonzero(gaps <= PAUSE):
+        for k in np.flatnonzero(gaps <= PAUSE).tolist():
             if len(self._bodies[k].pose) == len(newcomer.seen):
                 distances[k] = _apart(newcomer.seen, self._bodies[k].pose + moved[k])
         lately = np.minimum(gaps, LOST)
         wide = _NEAR + _WANDER * lately
         found = distances * distances / (2 * wide * wide) + _spread(lately)
         found[~(distances <= _REACH + _STRIDE * gaps)] = np.inf
-        return np.where(gaps > LOST, _spread(LOST) + 0.5, found)
+        return np.asarray(np.where(gaps > LOST, _spread(LOST) + 0.5, found))
 
 
 def _apart(pose: NDArray[Any], there: NDArray[Any]) -> float:

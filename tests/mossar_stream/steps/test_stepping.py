@@ -128,6 +128,21 @@ def test_ids_count_the_events_of_a_take():
     assert [event.time - 100 for event in second] == pytest.approx([event.time for event in first])
 
 
+@pytest.mark.parametrize("is_restored", [False, True])
+def test_ids_go_on_when_steps_are_switched_off_and_on_in_a_take(is_restored):
+    positions, times, _ = performed(GAITS["walking"], 12.0, 60.0)
+    segmenter, events = Segmenter(SKELETON, STEPS), []
+    for start in range(0, len(times), 120):
+        events += segmenter.push(positions[start : start + 120], times[start : start + 120])
+        events += segmenter.change(steps=False)
+        if is_restored:
+            segmenter = Segmenter.restore(segmenter.snapshot())
+        events += segmenter.change(steps=True)
+    numbers = [int(event.id.rpartition("/")[2]) for event in steps_of(events)]
+    assert numbers == list(range(1, len(numbers) + 1))
+    assert len(numbers) > 3
+
+
 def test_joints_that_are_missing_for_a_moment_cost_no_steps():
     positions, times, truth = performed(GAITS["walking"], 12.0, 60.0)
     random = np.random.default_rng(1)

@@ -10,7 +10,7 @@ import numpy as np
 from mossar_stream import FACINGS, MoveRule
 from mossar_tools.console import LOGGER, Console, prints_unicode
 from mossar_tools.errors import DONE, UsageError
-from mossar_tools.moves_file import changing, moves_for, oddities_of, read_moves
+from mossar_tools.moves_file import changing, check_taught_name, moves_for, oddities_of, read_moves
 from mossar_tools.options import (
     Options,
     add_body,
@@ -179,9 +179,7 @@ def run(options: Options, console: Console) -> int:
             f"what is the move called? mossar teach {options.file} {options.sources[0]} --name wave"
             " (a held pose: --pose NAME)"
         )
-    from mossar_stream import Moves
-
-    Moves.check_name(name)
+    check_taught_name(name)
     if options.begin is not None or options.until is not None:
         return _teach_parts(options, console, [(-np.inf, np.inf, name)])
     return _teach_live(options, console)
@@ -378,6 +376,7 @@ def _teach_parts(
     with changing(options.file, whole.skeleton) as moves:
         before = len(moves)
         for begin, until, name in parts:
+            check_taught_name(name)
             positions, fps = whole.between(origin + begin, origin + until)
             if len(positions) < 2:
                 where = (
@@ -443,6 +442,7 @@ def _discover(options: Options, console: Console) -> int:
     with changing(options.file, whole.skeleton) as moves:
         before = len(moves)
         for name, kind in zip(options.names, kinds, strict=False):
+            check_taught_name(name)
             for part in kind[: options.times] if name != "-" else ():
                 moves.add(name, part.positions, part.fps)
         _apply_rules(options, moves)

@@ -15,7 +15,7 @@ from mossar_adapters.source import Meta
 from mossar_stream import Example, Frames, MossarError, Moves, MovesError
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.recorder import unused
-from mossar_tools.moves_file import changing, read_moves, take_back
+from mossar_tools.moves_file import changing, check_taught_name, read_moves, take_back
 from mossar_tools.series import Series, Shown
 from mossar_tools.taking import LONGEST, Movement, MovementTaker, TimedTaker
 
@@ -110,7 +110,7 @@ class Teaching:
         Raises:
             MossarError: If a move cannot have this name, or the moves so far are of another skeleton.
         """
-        Moves.check_name(name)
+        check_taught_name(name)
         with self._lock:
             if self.moves is not None and self.moves.skeleton != meta.skeleton:
                 raise MovesError(
