@@ -1,8 +1,8 @@
 """Names of joints: the one table of them, and the one way to read a name.
 
-A name is read in words: `J_Bip_L_UpperArm`, `Bip01 L UpperArm`, `upper_arm.L`, `upperarm_l`, `lUpperArm` and `左腕` are all the
-upper arm of the left side. Words that a program writes before or behind (`Bip01`, `DEF-`, `_JNT`), and words that most joints
-of a skeleton share, do not count. A name with any other word more is not known: `upperarm_twist_01_l` is no upper arm.
+A name is read in words: "J_Bip_L_UpperArm", "Bip01 L UpperArm", "upper_arm.L", "upperarm_l", "lUpperArm" and "左腕" are all the
+upper arm of the left side. Words that a program writes before or behind ("Bip01", "DEF-", "_JNT"), and words that most joints
+of a skeleton share, do not count. A name with any other word more is not known: "upperarm_twist_01_l" is no upper arm.
 """
 
 import functools

@@ -62,7 +62,7 @@ from mossar_stream.skeleton import Skeleton
 from mossar_stream.steps.gait import Step, step_table
 from mossar_stream.steps.stepping import Stepping
 
-LONGEST_STEP = 5.0  # s between frames, median, from which on times are hardly seconds
+MOST_APART = 5.0  # s between frames, median, from which on times are hardly seconds
 Analyses = Sequence[tuple[float, NDArray[np.void]]]  # see `Channel.analyses`
 CAPACITY = 64  # key frames there is room for at first
 
@@ -504,7 +504,7 @@ def _check_times(times: NDArray[np.float64]) -> None:
     if len(steps) and (steps <= 0).all():
         raise FrameError("times descend; they must rise: positions[::-1], times[::-1]")
     middle = float(np.median(steps)) if len(steps) else 0.0
-    if middle >= LONGEST_STEP:
+    if middle >= MOST_APART:
         message = (
             f"frames are {middle:,.1f} s apart; times are seconds: times / 1000 if these are milliseconds"
         )

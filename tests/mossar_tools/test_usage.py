@@ -63,7 +63,7 @@ def save(path, count, joints, positions=None):
             "events go to .jsonl, segments to .csv, annotations to .eaf",
         ),
         (["run", "demo:", "--to", "no/events.jsonl"], "cannot be written: No such file"),
-        (["run", "demo:", "--to", "-", "--to", "-"], "it is a source here, or another sink"),
+        (["run", "demo:", "--to", "-", "--to", "-"], "it is an input here, or another output"),
         (["run", "-", "-"], "standard input can be read once only"),
         (["run", "demo:", "--control", "http://x"], "use zmq+bind://127.0.0.1:5560, or osc"),
         (["run", "demo:", "--control", "osc"], "--control osc needs an OSC source"),

@@ -2,12 +2,13 @@
 
 import logging
 from collections.abc import Iterator
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.abilities import Orders
 from mossar_adapters.files.body import (
     body_joints,
     body_meta,
@@ -189,6 +190,15 @@ class BodySource:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._source, name)
+
+    @property
+    def in_order(self) -> bool:
+        """Whether frames come in order of time, where the source offers that; see `abilities.Orders`."""
+        return cast("Orders", self._source).in_order
+
+    @in_order.setter
+    def in_order(self, in_order: bool) -> None:
+        cast("Orders", self._source).in_order = in_order
 
     def items(self) -> Iterator[Item]:
         """Yield what comes, without those joints."""
