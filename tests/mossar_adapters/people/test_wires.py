@@ -151,14 +151,14 @@ def test_a_second_vmc_sender_is_one_more_person_and_one_that_restarts_the_same(h
         for i in range(120):
             for k in range(2):
                 perform(places, sinks[k], k, i, i + 1)
-            time.sleep(0.005)
+            time.sleep(1 / 30)  # as the clocks of the senders say
         sinks[1].close()  # its program is started again, and has another port
         sinks[1] = avatars(source)
         sinks[1].announce(Meta("p2", SKELETON, 30.0))
         for i in range(120, COUNT):
             for k in range(2):
                 perform(places, sinks[k], k, i, i + 1)
-            time.sleep(0.005)
+            time.sleep(1 / 30)  # as the clocks of the senders say
 
     heard = hear(source, send)
     for sink in sinks:
