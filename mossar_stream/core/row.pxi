@@ -50,6 +50,7 @@ cdef struct Row:
     History history
     Tempo tempo
     Scales scales
+    Dwells dwells
     Labels labels
     Candidate candidate
     ActivityState activity

@@ -45,6 +45,8 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         ("average", "filled"): (0, max(0, shape.smoothing_window)),
         ("history", "head"): (0, shape.history - 1),
         ("history", "filled"): (0, shape.history),
+        ("dwells", "begun"): (0, 2**60),
+        ("dwells", "noted"): (0, 2**60),
         ("labels", "candidates"): (candidates, candidates),
         ("labels", "labelled"): (max(0, candidates - MOST_UNLABELLED), candidates),
         ("window", "undecided"): (0, shape.window),
