@@ -88,6 +88,7 @@ def label_candidates(
     own.state = <Labels*>cnp.PyArray_DATA(labels)
     own.notes.at, own.notes.count = <Note*>cnp.PyArray_DATA(notes), len(notes)
     own.periods = <Periods*>cnp.PyArray_DATA(periods)
+    own.longest = LONGEST_PERIOD
     start_labels(own.state)
     for i in range(len(times)):
         note_candidate(&own, doubles_at(times)[i], doubles_at(times)[i], 0.0, 0.1)
@@ -229,11 +230,16 @@ TESTED_CONSTANTS = {
     "DEVIATIONS": DEVIATIONS,
     "DOUBLING": DOUBLING,
     "DOUBT": DOUBT,
+    "DWELL_GAP": DWELL_GAP,
     "ENDS": ENDS,
+    "HAND": HAND,
     "HAPPENED": HAPPENED,
     "INTERVAL": INTERVAL,
+    "LATE_DWELL": LATE_DWELL,
     "LEAST_EXTENT": LEAST_EXTENT,
+    "LEAST_OWN_TIME": LEAST_OWN_TIME,
     "LEAST_USUAL_SPEED": LEAST_USUAL_SPEED,
+    "LONGEST_IN_OWN_TIME": LONGEST_IN_OWN_TIME,
     "LONGEST_PERIOD": LONGEST_PERIOD,
     "LONGEST_RATIO": LONGEST_RATIO,
     "LONGEST_SILENCE": LONGEST_SILENCE,
@@ -241,8 +247,10 @@ TESTED_CONSTANTS = {
     "MEAN_X": MEAN_X,
     "MEMORY": MEMORY,
     "MORE_ROOM": MORE_ROOM,
+    "MOST_OWN_TIME": MOST_OWN_TIME,
     "MOST_RAISED": MOST_RAISED,
     "NEAREST_END": NEAREST_END,
+    "NEAR_DWELL": NEAR_DWELL,
     "OFF_BOUND": OFF_BOUND,
     "ORDINARY": ORDINARY,
     "PER_QUANTUM": PER_QUANTUM,
@@ -252,10 +260,13 @@ TESTED_CONSTANTS = {
     "QUICK": QUICK,
     "QUICKEST": QUICKEST,
     "REPORTED_ABOVE_NOISE": REPORTED_ABOVE_NOISE,
+    "REST_GROWS": REST_GROWS,
+    "REST_GROWS_FROM": REST_GROWS_FROM,
     "REST_POSE_HALF_LIFE": REST_POSE_HALF_LIFE,
     "REST_X": REST_X,
     "RISEN": RISEN,
     "SCALES_HALF_LIFE": SCALES_HALF_LIFE,
+    "SHORTEST_REST": SHORTEST_REST,
     "SHORT_INTERVAL": SHORT_INTERVAL,
     "SLOW": SLOW,
     "SLOWEST": SLOWEST,
@@ -267,6 +278,9 @@ TESTED_CONSTANTS = {
     "TURNED_BACK": TURNED_BACK,
     "UNLABELLED": UNLABELLED,
     "VELOCITY_ALONE": VELOCITY_ALONE,
+    "WAITS_AT_MOST": WAITS_AT_MOST,
+    "WAITS_FROM": WAITS_FROM,
+    "WAITS_MORE": WAITS_MORE,
     "WITHIN": WITHIN,
     "WORK": WORK,
     "X": X,
