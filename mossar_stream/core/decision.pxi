@@ -40,11 +40,11 @@ cdef inline double label_delay(Window* w) noexcept nogil:
 cdef void note_pauses(Window* w) noexcept nogil:
     """Note the middle of the dwell near the oldest key frame and the newest ones, while it is remembered."""
     cdef int64_t i
-    if w.plan.own_time == 0:
+    if w.plan.own_time == 0 or w.state.undecided == 0:
         return
-    for i in range(w.state.undecided):
-        if i == OLDEST_KEY or i >= w.state.undecided - STILL_NEAR:
-            _note_pause(w, &w.keys.at[i])
+    _note_pause(w, &w.keys.at[OLDEST_KEY])
+    for i in range(max(OLDEST_KEY + 1, w.state.undecided - STILL_NEAR), w.state.undecided):
+        _note_pause(w, &w.keys.at[i])
 
 
 cdef inline void _note_pause(Window* w, Key* key) noexcept nogil:
