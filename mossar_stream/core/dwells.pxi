@@ -56,21 +56,24 @@ cdef inline void follow_dwells(Dwells* dwells, bint slow, int64_t frame, double 
 
 
 cdef int64_t dwell_near(Dwells* dwells, double time) noexcept nogil:
-    """Return the place of the dwell that is nearest to a time, s; `NO_DWELL` if none is near."""
-    cdef int64_t i, best = NO_DWELL
+    """Return the place of the dwell nearest to a time, s; `NO_DWELL` if none is near, of two as near the earlier one."""
+    cdef int64_t number, place, best = NO_DWELL
     cdef double off, least = NEAR_DWELL
-    for i in range(min(dwells.begun, DWELLS)):
-        off = max(dwells.begin[i] - time, time - dwells.end[i], 0.0)
+    for number in range(max(dwells.begun - DWELLS, 0), dwells.begun):
+        place = number % DWELLS
+        off = max(dwells.begin[place] - time, time - dwells.end[place], 0.0)
         if off < least - MARGIN:
-            best, least = i, off
+            best, least = place, off
     return best
 
 
 cdef Moment* middle_of(Dwells* dwells, int64_t dwell) noexcept nogil:
-    """Return the moment in the middle of a dwell."""
+    """Return the moment in the middle of a dwell, of two as near the earlier one."""
     cdef double time = 0.5 * (dwells.begin[dwell] + dwells.end[dwell]) - LATE_DWELL
-    cdef int64_t i, best = 0
-    for i in range(1, min(dwells.noted, MOMENTS)):
-        if abs(dwells.moment[i].time - time) < abs(dwells.moment[best].time - time) - MARGIN:
-            best = i
+    cdef int64_t oldest = max(dwells.noted - MOMENTS, 0), number, place, best
+    best = oldest % MOMENTS
+    for number in range(oldest + 1, dwells.noted):
+        place = number % MOMENTS
+        if abs(dwells.moment[place].time - time) < abs(dwells.moment[best].time - time) - MARGIN:
+            best = place
     return &dwells.moment[best]

@@ -195,12 +195,14 @@ class Motion:
         if label != kernels.ENDS or known >= until:
             return here
         time, now = self._reported(number), self.times[until - 1]
-        so_far = [(begin, min(end, now)) for begin, end in self.dwells if begin <= now]
-        off = [max(begin - time, time - end, 0.0) for begin, end in so_far]
-        if not off or min(off) >= kernels.NEAR_DWELL:
+        best, least = None, kernels.NEAR_DWELL
+        for begin, end in self.dwells[: bisect_right(self.dwells, (now, math.inf))]:
+            off = max(begin - time, time - min(end, now), 0.0)
+            if off < least - MARGIN:
+                best, least = 0.5 * (begin + min(end, now)) - kernels.LATE_DWELL, off
+        if best is None:
             return here
-        begin, end = so_far[off.index(min(off))]
-        middle = int(np.argmin(np.abs(self.times - 0.5 * (begin + end) + kernels.LATE_DWELL)))
+        middle = int(np.argmin(np.abs(self.times - best)))
         following = next(
             (other for other in undecided[1:] if self._label_at(other, until) != kernels.WITHIN), None
         )
