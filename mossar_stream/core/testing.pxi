@@ -96,6 +96,27 @@ def label_candidates(
         (<int64_t*>cnp.PyArray_DATA(found))[i] = label_candidate(&own)
 
 
+def pause_frame(cnp.ndarray dwells, cnp.ndarray slow, cnp.ndarray times, double time, /):
+    """Return the frame in the middle of the dwell near a time, s, after frames in which the performer is slow or not.
+
+    Args:
+        dwells: (1,) Dwells, set.
+        slow: (n,) uint8.
+        times: (n,) float64 s.
+        time: s.
+
+    Returns:
+        The frame; `NO_DWELL` if no dwell is near.
+    """
+    cdef Dwells* own = <Dwells*>cnp.PyArray_DATA(dwells)
+    cdef int64_t i, dwell
+    start_dwells(own)
+    for i in range(len(times)):
+        follow_dwells(own, (<uint8_t*>cnp.PyArray_DATA(slow))[i] == 1, i, doubles_at(times)[i])
+    dwell = dwell_near(own, time)
+    return NO_DWELL if dwell == NO_DWELL else middle_of(own, dwell).frame
+
+
 def swing_range_of(cnp.ndarray scores, cnp.ndarray counts, /):
     """Return the range of a component, (n,) float32; counts are (BINS,) int32, set."""
     cdef Floats own = floats(floats_at(scores), len(scores))
@@ -251,6 +272,7 @@ TESTED_CONSTANTS = {
     "MOST_RAISED": MOST_RAISED,
     "NEAREST_END": NEAREST_END,
     "NEAR_DWELL": NEAR_DWELL,
+    "NO_DWELL": NO_DWELL,
     "OFF_BOUND": OFF_BOUND,
     "ORDINARY": ORDINARY,
     "PER_QUANTUM": PER_QUANTUM,
