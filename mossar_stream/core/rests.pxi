@@ -1,9 +1,9 @@
 """Rests: which key frames begin and end a hold or a rest, with the setting `rests=keep`.
 
 A rest is the time between two bouts of movement (activity.pxi) if it lasts `SHORTEST_REST`, of slow performers longer. The
-candidate of Algorithm 2 nearest to its begin, and the one nearest to its end, are key frames at every named level; those between them are not.
-What is decided before a rest has lasted so long stays so. With `tempo`, the only rest in each of the repetitions that are counted
-is a pause between two of them, and one key frame. Where the sensor's noise alone is as fast as a
+candidate of Algorithm 2 nearest to its begin, and the one nearest to its end, are key frames at every named level; those
+between them are not. What is decided before a rest has lasted so long stays so. With `tempo`, the only rest in each of the
+repetitions that are counted is a pause between two of them, and one key frame. Where the sensor's noise alone is as fast as a
 movement no rest is judged: what looks like a rest may be slow movement. With 5 mm of white noise that noise is 0.07 to
 0.18 m/s on the labelled sets, as recorded at most 0.052.
 """
