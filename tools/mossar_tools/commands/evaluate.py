@@ -174,10 +174,11 @@ def _stretched(options: Options, console: Console, outputs: Outputs, settings: S
     else:
         folders = [Path(source) for source in options.sources]
         sets = load_sets(folders, lambda path: console.status(f"reading {path}"))
-    played = stretched_sets(sets, options.stretch)
+    factors = options.stretch or ()
+    played = stretched_sets(sets, factors)
     rows = score_stretched(played, settings, console.status)
     report = as_json(played, rows)
-    outputs.write(console, report, _flat(report), stretching_table(list(sets), options.stretch, rows))
+    outputs.write(console, report, _flat(report), stretching_table(list(sets), factors, rows))
     return DONE
 
 

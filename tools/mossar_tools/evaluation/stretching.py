@@ -63,10 +63,11 @@ def score_stretched(
 ) -> dict[str, list[Row]]:
     """Return what the final key frames of a stream reach on each set."""
     final = set_methods(settings)[:1]
-    return {
-        name: trial(takes, final, lambda text, name=name: on_progress(f"{name}: {text}"))
-        for name, takes in sets.items()
-    }
+
+    def score(name: str, takes: Sequence[Take]) -> list[Row]:
+        return trial(takes, final, lambda text: on_progress(f"{name}: {text}"))
+
+    return {name: score(name, takes) for name, takes in sets.items()}
 
 
 def stretching_table(
@@ -85,9 +86,7 @@ def stretching_table(
         cells = [f"{one.f1:.3f} ({one.key_frames:.2f}, {median(one.delays):.2f} s)" for one in means]
         yield f"{name[:23]:<24}" + "".join(f"{cell:>24}" for cell in cells)
     if len(names) > 1:
-        means = [
-            float(np.mean([rows[named(name, factor)][0].mean.f1 for name in names])) for factor in factors
-        ]
-        yield f"{'mean':<24}" + "".join(f"{mean:>7.3f}{'':17}" for mean in means).rstrip()
+        f1 = [float(np.mean([rows[named(name, factor)][0].mean.f1 for name in names])) for factor in factors]
+        yield f"{'mean':<24}" + "".join(f"{mean:>7.3f}{'':17}" for mean in f1).rstrip()
     yield ""
     yield NOTE
