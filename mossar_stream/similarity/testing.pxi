@@ -144,9 +144,9 @@ def similarity_remerge(
         removed: (K,) int64, set.
     """
     cdef int64_t count = bounds.shape[0] - 2
-    cdef cnp.ndarray integers = np.zeros((7, count + 1), np.int64)
+    cdef cnp.ndarray integers = np.zeros((8, count + 1), np.int64)
     cdef cnp.ndarray nodes = np.empty_like(segments), both = np.empty(segments.shape[1])
-    cdef IntRows rows = ints_in_rows(<int64_t*>cnp.PyArray_DATA(integers), 7, count + 1)
+    cdef IntRows rows = ints_in_rows(<int64_t*>cnp.PyArray_DATA(integers), 8, count + 1)
     cdef Remerging run
     integers[0] = range(count + 1)
     memset(&run, 0, sizeof(run))
@@ -158,4 +158,5 @@ def similarity_remerge(
     run.last_waiting = row_of_ints(rows, 5).at
     run.costs, run.strengths = doubles_of(costs), doubles_of(strengths)
     run.removed, run.labels = ints(<int64_t*>cnp.PyArray_DATA(removed), count), row_of_ints(rows, 6)
+    run.tree = row_of_ints(rows, 7)
     remerge(&run, count, 1.0)
