@@ -34,6 +34,7 @@ include "splitter.pxi"
 include "pose_history.pxi"
 include "localising.pxi"
 include "candidate_features.pxi"
+include "dwells.pxi"
 include "activity.pxi"
 # What is kept of a segment, and how alike two are.
 include "../similarity/summary.pxi"

@@ -26,6 +26,8 @@ class CurveState(msgspec.Struct, frozen=True):
         scale: What 1 is, m of path over the window summed over the joints; 1 with a fixed range.
         moving: Whether this is a moving period.
         pace: Tempo factor that merge costs were divided by when key frames were ranked last.
+        own_time: The performer's own time τ, s, in which the extent of the movements is covered at the usual speed; None
+            where the level does not measure it.
         pose: (J, 3) m relative to the centre.
     """
 
@@ -39,6 +41,7 @@ class CurveState(msgspec.Struct, frozen=True):
     scale: float
     moving: bool
     pace: float
+    own_time: float | None
     pose: NDArray[np.float32]
 
     @property
@@ -76,6 +79,7 @@ def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
         scale=scale,
         moving=bool(curve["moving"]),
         pace=float(state["window"]["pace"]),
+        own_time=float(state["scales"]["own_time"]) if plan.traits.has_features else None,
         pose=np.ascontiguousarray(pose, np.float32),
     )
 

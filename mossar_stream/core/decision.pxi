@@ -2,6 +2,14 @@
 
 cdef enum:
     OLDEST_KEY = 0
+    STILL_NEAR = 4  # newest key frames, whose dwells may go on
+
+# With `tempo`, and before the performer's repetitions are counted, slow performers' key frames wait longer: the first cycle of
+# a slow exercise lasts several seconds. For each second that a hand's width (`hand_time`) takes above the first number, so many
+# seconds more, but no more than so many times as long. At their own speed nobody of the labelled sets waits longer by it.
+cdef double WAITS_FROM = 0.5
+cdef double WAITS_MORE = 20.0
+cdef double WAITS_AT_MOST = 3.0
 
 
 cdef inline void set_due_time(Window* w) noexcept nogil:
@@ -9,20 +17,50 @@ cdef inline void set_due_time(Window* w) noexcept nogil:
     cdef double due
     due = INFINITY
     if w.state.undecided > 0 and w.plan.offline == 0:
-        due = w.keys.at[0].time + w.plan.hold
-    w.state.due_time = min(due, due_label(&w.labels, label_delay(w.plan)))
+        due = w.keys.at[0].time + hold_of(w)
+    w.state.due_time = min(due, due_label(&w.labels, label_delay(w)))
 
 
-cdef inline double label_delay(Plan* plan) noexcept nogil:
+cdef inline double hold_of(Window* w) noexcept nogil:
+    """Return how old a key frame is when it is decided, s."""
+    cdef double more
+    if w.plan.own_time == 0 or w.labels.periods.clear == 1:
+        return w.plan.hold
+    more = WAITS_MORE * (hand_time(w.scales) - WAITS_FROM)
+    return min(w.plan.hold + max(more, 0.0), WAITS_AT_MOST * w.plan.hold)
+
+
+cdef inline double label_delay(Window* w) noexcept nogil:
     """Return how old a candidate is when it is judged, s: decided it is not earlier; see repetition_labels.pxi."""
-    return LABELLED_LATE if plan.labels_late == 1 else min(plan.hold, LABELLED_AFTER)
+    if w.plan.labels_late == 1:
+        return LABELLED_LATE
+    return hold_of(w) if w.plan.own_time == 1 else min(w.plan.hold, LABELLED_AFTER)
+
+
+cdef void note_pauses(Window* w) noexcept nogil:
+    """Note the middle of the dwell near the oldest key frame and the newest ones, while it is remembered."""
+    cdef int64_t i
+    if w.plan.own_time == 0 or w.state.undecided == 0:
+        return
+    _note_pause(w, &w.keys.at[OLDEST_KEY])
+    for i in range(max(OLDEST_KEY + 1, w.state.undecided - STILL_NEAR), w.state.undecided):
+        _note_pause(w, &w.keys.at[i])
+
+
+cdef inline void _note_pause(Window* w, Key* key) noexcept nogil:
+    """Note the middle of the dwell near a key frame."""
+    cdef Moment* moment
+    cdef int64_t dwell = dwell_near(w.dwells, key.at_time)
+    if dwell != NO_DWELL:
+        moment = middle_of(w.dwells, dwell)
+        key.pause_frame, key.pause_time = moment.frame, moment.time
 
 
 cdef void judge_candidates(Window* w, double until) noexcept nogil:
     """Judge the candidates that are due until some time, s, and let their key frames know."""
     cdef int64_t first, ordinal, label
     first = w.state.ordinal - w.state.undecided
-    while due_label(&w.labels, label_delay(w.plan)) <= until:
+    while due_label(&w.labels, label_delay(w)) <= until:
         ordinal = w.labels.state.labelled
         label = label_candidate(&w.labels)
         if ordinal >= first and label != UNLABELLED:
@@ -36,7 +74,7 @@ cdef inline bint is_due(Window* w) noexcept nogil:
     state = w.state
     if state.undecided == 0:
         return False
-    return state.undecided > w.plan.capacity or w.clock.time >= w.keys.at[0].time + w.plan.hold
+    return state.undecided > w.plan.capacity or w.clock.time >= w.keys.at[0].time + hold_of(w)
 
 
 cdef int64_t decide_oldest(Window* w, int64_t settled, int64_t open_slot, int64_t end_frame) noexcept nogil:
@@ -105,7 +143,22 @@ cdef inline (int64_t, double, int64_t) _locate(Window* w, int64_t open_slot, int
             while passed + 1 < w.state.undecided and w.keys.at[passed + 1].frame <= mark.frame:
                 passed += 1
             return mark.frame, mark.time, passed
+    if _lies_in_pause(w):
+        return key.pause_frame, key.pause_time, 0
     return key.at_frame, key.at_time, 0
+
+
+cdef inline bint _lies_in_pause(Window* w) noexcept nogil:
+    """Tell whether the oldest key frame ends a repetition that is counted, and so belongs to the middle of the pause there."""
+    cdef Key* key = &w.keys.at[0]
+    cdef int64_t i, until = w.clock.used_frame + 1
+    if key.label != ENDS or key.rests == 1 or key.pause_frame <= w.state.left_frame:
+        return False
+    for i in range(1, w.state.undecided):
+        if w.keys.at[i].label != WITHIN:
+            until = w.keys.at[i].at_frame
+            break
+    return key.pause_frame < until
 
 
 cdef void _put_decided(Window* w, int64_t place, int64_t status, int64_t frame, double time) noexcept nogil:

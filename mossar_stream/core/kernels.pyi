@@ -87,19 +87,27 @@ CACHE_LINE: int
 DEVIATIONS: float
 DOUBLING: float
 DOUBT: float
+DWELL_GAP: float
 ENDS: int
+HAND: float
 HAPPENED: int
 INTERVAL: float
+LATE_DWELL: float
 LEAST_EXTENT: float
+LEAST_OWN_TIME: float
 LEAST_USUAL_SPEED: float
+LONGEST_IN_OWN_TIME: float
 LONGEST_PERIOD: float
 LONGEST_RATIO: float
 MEAN_TIME: float
 MEAN_X: int
 MEMORY: float
 MORE_ROOM: int
+MOST_OWN_TIME: float
 MOST_RAISED: float
 NEAREST_END: float
+NEAR_DWELL: float
+NO_DWELL: int
 OFF_BOUND: float
 ORDINARY: float
 PER_QUANTUM: float
@@ -109,10 +117,13 @@ PRIOR_SPEED: float
 QUICK: float
 QUICKEST: float
 REPORTED_ABOVE_NOISE: float
+REST_GROWS: float
+REST_GROWS_FROM: float
 REST_POSE_HALF_LIFE: float
 REST_X: int
 RISEN: float
 SCALES_HALF_LIFE: float
+SHORTEST_REST: float
 SHORT_INTERVAL: float
 SLOW: float
 SLOWEST: float
@@ -124,6 +135,9 @@ STEP: int
 TURNED_BACK: float
 UNLABELLED: int
 VELOCITY_ALONE: int
+WAITS_AT_MOST: float
+WAITS_FROM: float
+WAITS_MORE: float
 WITHIN: int
 WORK: int
 X: int
@@ -323,6 +337,7 @@ def simd_spread_product(
 def simd_lowest_bit(mask: int, /) -> int: ...
 def simd_quantise(values: Array, target: Array, scale: float, /) -> None: ...
 def label_candidates(labels: Array, notes: Array, periods: Array, times: Array, found: Array, /) -> None: ...
+def pause_frame(dwells: Array, slow: Array, times: Array, time: float, /) -> int: ...
 def swing_range_of(scores: Array, counts: Array, /) -> float: ...
 def split_frames(row: Array, positions: Array, times: Array, until: int, /) -> int: ...
 def follow_speeds_alone(row: Array, bouts: Array, speeds: Array, times: Array, /) -> int: ...

@@ -49,7 +49,8 @@ cdef struct Plan:  # what does not change while frames come in, but for sizes of
     double refine  # s
     double pre_roll  # s
     double post_roll  # s
-    int64_t tempo
+    int64_t tempo  # whether costs are divided by the tempo
+    int64_t own_time  # whether evidence follows the performer's own time, see scales.pxi
     int64_t is_filtered  # see `Traits` in similarity/summary.py
     int64_t is_rms
     int64_t has_features

@@ -20,6 +20,7 @@ cdef double LABELLED_LATE = 12.0 - 1e-06
 # s, a longer period has no labels: half of it is more than the 3 s that a key frame waits, so what it would be compared
 # with is still to come.
 cdef double LONGEST_PERIOD = 6.0
+cdef double LONGEST_IN_OWN_TIME = 20.0  # τ; with `tempo` longer periods of slow performers have labels, too
 cdef double NEAREST_END = 0.75  # periods between two repetitions' ends, at least
 cdef double OFF_BOUND = 5.0  # log odds a period, of the time from where one repetition ends and the next begins
 cdef enum:
@@ -48,6 +49,7 @@ cdef struct RepetitionLabels:  # What is needed to label candidates, as the func
     Labels* state  # LABELS
     NoteSpan notes  # (NOTED_CANDIDATES or NOTED_LATE,) NOTE, ring
     Periods* periods  # (1,) PERIODS of the performer's repetitions
+    double longest  # s, period with labels
 
 
 cdef void start_labels(Labels* state) noexcept nogil:
@@ -55,6 +57,11 @@ cdef void start_labels(Labels* state) noexcept nogil:
     state.last_time = -INFINITY
     state.candidates = 0
     state.labelled = 0
+
+
+cdef inline double longest_period(Scales* scales) noexcept nogil:
+    """Return the longest period that has labels at the performer's own time, s."""
+    return max(LONGEST_PERIOD, LONGEST_IN_OWN_TIME * scales.own_time)
 
 
 cdef inline void note_candidate(
@@ -100,7 +107,7 @@ cdef int64_t label_candidate(RepetitionLabels* labels) noexcept nogil:
         return UNLABELLED
     note = &labels.notes.at[number % labels.notes.count]
     period = _period_at(labels.periods, note.reported)
-    if not 0.0 < period <= LONGEST_PERIOD + MARGIN:
+    if not 0.0 < period <= labels.longest + MARGIN:
         return UNLABELLED
     best, least = number, INFINITY
     for other in range(max(0, state.candidates - labels.notes.count), state.candidates):

@@ -51,6 +51,7 @@ cdef struct Row:
     History history
     Tempo tempo
     Scales scales
+    Dwells dwells
     Labels labels
     Candidate candidate
     ActivityState activity

@@ -2,6 +2,8 @@
 
     A  extent of the movements: rms distance of the joints from a slow mean of the pose
     V  usual speed: rms of the speed u
+    τ  own time: A / V, in which the performer covers the extent of the movements; it doubles when the same person moves half as
+       fast
     H  pose in which the performer dwells: mean of the poses, each weighted by 1 / (1 + (u / 0.3 V)²)
 
 u is the rms over the joints of their speed over a tenth of a second. All are leaky sums, with little of a prior.
@@ -20,6 +22,9 @@ cdef double ORDINARY = 0.25  # s, A / V of ordinary movements
 cdef double SPEED_OFFSET = 0.1  # V, added to speeds before the logarithm
 cdef double QUICKEST = 0.5  # limits of the tempo relative to it
 cdef double SLOWEST = 2.0
+cdef double LEAST_OWN_TIME = 0.08  # s, limits of τ
+cdef double MOST_OWN_TIME = 4.0
+cdef double HAND = 0.15  # m; who moves farther is not slower for it
 
 cdef struct Scales:
     double speed  # m/s, u of the last frame
@@ -28,6 +33,7 @@ cdef struct Scales:
     double spread_weight  # s
     double spread  # m² s
     double dwelt  # s, weight of the pose H
+    double own_time  # s, τ within limits, at the last pose that was kept
 
 
 cdef void start_scales(Scales* scales, Floats body, int64_t joints) noexcept nogil:
@@ -39,6 +45,7 @@ cdef void start_scales(Scales* scales, Floats body, int64_t joints) noexcept nog
     scales.squared_speed = PRIOR_SPEED * PRIOR_SPEED
     scales.spread = PRIOR_EXTENT * PRIOR_EXTENT
     scales.dwelt = PRIOR_DWELT
+    _set_own_time(scales)
 
 
 cdef inline void follow_scales(Scales* scales, double squares, double dt) noexcept nogil:
@@ -77,6 +84,12 @@ cdef inline void follow_poses(Scales* scales, Floats body, int64_t joints, doubl
     kept = exp2(-dt / SCALES_HALF_LIFE)
     scales.spread = scales.spread * kept + squares / joints * dt
     scales.spread_weight = scales.spread_weight * kept + dt
+    _set_own_time(scales)
+
+
+cdef inline void _set_own_time(Scales* scales) noexcept nogil:
+    """Set τ."""
+    scales.own_time = min(max(extent(scales) / usual_speed(scales), LEAST_OWN_TIME), MOST_OWN_TIME)
 
 
 cdef inline double usual_speed(Scales* scales) noexcept nogil:
@@ -92,6 +105,11 @@ cdef inline double extent(Scales* scales) noexcept nogil:
 cdef inline double tempo_of(Scales* scales) noexcept nogil:
     """Return how slow the performer is: A / V relative to ordinary, within limits."""
     return min(max(extent(scales) / usual_speed(scales) / ORDINARY, QUICKEST), SLOWEST)
+
+
+cdef inline double hand_time(Scales* scales) noexcept nogil:
+    """Return τ as if the movements' extent were `HAND` at most, s: how slow a performer is, however far the movements go."""
+    return min(extent(scales), HAND) / usual_speed(scales)
 
 
 cdef double rest_distance(Floats body, int64_t joints) noexcept nogil:

@@ -88,11 +88,33 @@ def label_candidates(
     own.state = <Labels*>cnp.PyArray_DATA(labels)
     own.notes.at, own.notes.count = <Note*>cnp.PyArray_DATA(notes), len(notes)
     own.periods = <Periods*>cnp.PyArray_DATA(periods)
+    own.longest = LONGEST_PERIOD
     start_labels(own.state)
     for i in range(len(times)):
         note_candidate(&own, doubles_at(times)[i], doubles_at(times)[i], 0.0, 0.1)
     for i in range(len(times)):
         (<int64_t*>cnp.PyArray_DATA(found))[i] = label_candidate(&own)
+
+
+def pause_frame(cnp.ndarray dwells, cnp.ndarray slow, cnp.ndarray times, double time, /):
+    """Return the frame in the middle of the dwell near a time, s, after frames in which the performer is slow or not.
+
+    Args:
+        dwells: (1,) Dwells, set.
+        slow: (n,) uint8.
+        times: (n,) float64 s.
+        time: s.
+
+    Returns:
+        The frame; `NO_DWELL` if no dwell is near.
+    """
+    cdef Dwells* own = <Dwells*>cnp.PyArray_DATA(dwells)
+    cdef int64_t i, dwell
+    start_dwells(own)
+    for i in range(len(times)):
+        follow_dwells(own, (<uint8_t*>cnp.PyArray_DATA(slow))[i] == 1, i, doubles_at(times)[i])
+    dwell = dwell_near(own, time)
+    return NO_DWELL if dwell == NO_DWELL else middle_of(own, dwell).frame
 
 
 def swing_range_of(cnp.ndarray scores, cnp.ndarray counts, /):
@@ -229,11 +251,16 @@ TESTED_CONSTANTS = {
     "DEVIATIONS": DEVIATIONS,
     "DOUBLING": DOUBLING,
     "DOUBT": DOUBT,
+    "DWELL_GAP": DWELL_GAP,
     "ENDS": ENDS,
+    "HAND": HAND,
     "HAPPENED": HAPPENED,
     "INTERVAL": INTERVAL,
+    "LATE_DWELL": LATE_DWELL,
     "LEAST_EXTENT": LEAST_EXTENT,
+    "LEAST_OWN_TIME": LEAST_OWN_TIME,
     "LEAST_USUAL_SPEED": LEAST_USUAL_SPEED,
+    "LONGEST_IN_OWN_TIME": LONGEST_IN_OWN_TIME,
     "LONGEST_PERIOD": LONGEST_PERIOD,
     "LONGEST_RATIO": LONGEST_RATIO,
     "LONGEST_SILENCE": LONGEST_SILENCE,
@@ -241,8 +268,11 @@ TESTED_CONSTANTS = {
     "MEAN_X": MEAN_X,
     "MEMORY": MEMORY,
     "MORE_ROOM": MORE_ROOM,
+    "MOST_OWN_TIME": MOST_OWN_TIME,
     "MOST_RAISED": MOST_RAISED,
     "NEAREST_END": NEAREST_END,
+    "NEAR_DWELL": NEAR_DWELL,
+    "NO_DWELL": NO_DWELL,
     "OFF_BOUND": OFF_BOUND,
     "ORDINARY": ORDINARY,
     "PER_QUANTUM": PER_QUANTUM,
@@ -252,10 +282,13 @@ TESTED_CONSTANTS = {
     "QUICK": QUICK,
     "QUICKEST": QUICKEST,
     "REPORTED_ABOVE_NOISE": REPORTED_ABOVE_NOISE,
+    "REST_GROWS": REST_GROWS,
+    "REST_GROWS_FROM": REST_GROWS_FROM,
     "REST_POSE_HALF_LIFE": REST_POSE_HALF_LIFE,
     "REST_X": REST_X,
     "RISEN": RISEN,
     "SCALES_HALF_LIFE": SCALES_HALF_LIFE,
+    "SHORTEST_REST": SHORTEST_REST,
     "SHORT_INTERVAL": SHORT_INTERVAL,
     "SLOW": SLOW,
     "SLOWEST": SLOWEST,
@@ -267,6 +300,9 @@ TESTED_CONSTANTS = {
     "TURNED_BACK": TURNED_BACK,
     "UNLABELLED": UNLABELLED,
     "VELOCITY_ALONE": VELOCITY_ALONE,
+    "WAITS_AT_MOST": WAITS_AT_MOST,
+    "WAITS_FROM": WAITS_FROM,
+    "WAITS_MORE": WAITS_MORE,
     "WITHIN": WITHIN,
     "WORK": WORK,
     "X": X,

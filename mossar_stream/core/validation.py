@@ -46,6 +46,8 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         ("average", "filled"): (0, max(0, sizes["average_size"])),
         ("history", "head"): (0, sizes["history_size"] - 1),
         ("history", "filled"): (0, sizes["history_size"]),
+        ("dwells", "begun"): (0, 2**60),
+        ("dwells", "noted"): (0, 2**60),
         ("labels", "candidates"): (candidates, candidates),
         ("labels", "labelled"): (max(0, candidates - MOST_UNLABELLED), candidates),
         ("window", "undecided"): (0, sizes["capacity"]),

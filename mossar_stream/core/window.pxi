@@ -51,6 +51,9 @@ cdef struct Key:
     double at_time  # s
     int64_t reported  # whether it was reported as confirmed
     int64_t label  # on whether it ends a repetition, see repetition_labels.pxi
+    int64_t rests  # whether a rest begins or ends there, see rests.pxi
+    int64_t pause_frame  # middle of the dwell near it, see dwells.pxi; `NO_DWELL` if there is none
+    double pause_time  # s
 
 
 cdef struct KeySpan:
@@ -78,6 +81,8 @@ cdef struct Window:
     JointsState* joints  # JOINTS
     WindowState* state  # WINDOW
     Tempo* tempo  # TEMPO
+    Scales* scales  # SCALES
+    Dwells* dwells  # DWELLS
     Slots* slots  # SLOTS
     Measure* params  # of the similarity measure
     PoseHistory history
@@ -136,6 +141,9 @@ cdef void add_key(Window* w, int64_t slot, Point point, double time, int64_t rev
     key.at_time = point.time
     key.reported = reported
     key.label = UNLABELLED
+    key.rests = 0
+    key.pause_frame = NO_DWELL
+    key.pause_time = NAN
     key.velocity = point.velocity
     key.strength = NAN
     key.kind = point.kind

@@ -70,11 +70,14 @@ cdef inline Window _window_of(Row* row, Measure* params, Bytes scratch, EventSpa
     w.joints = &row.joints
     w.state = &row.window
     w.tempo = &row.tempo
+    w.scales = &row.scales
+    w.dwells = &row.dwells
     w.slots = &row.slots
     w.params = params
     w.history = history_of(row)
     w.labels.state = &row.labels
     w.labels.notes.at, w.labels.notes.count = <Note*>(begin + at.notes), plan.notes
+    w.labels.longest = longest_period(&row.scales) if plan.own_time == 1 else LONGEST_PERIOD
     w.labels.periods = <Periods*>(begin + (at.adopted if plan.adopts == 1 else at.periods))
     w.activity = activity_of(row)
     w.noise = &row.noise
@@ -145,6 +148,7 @@ cdef inline void _say_what_was_found(Window* w, OpenSegment* segment, Row* state
     else:
         point = Point(KIND_MINIMUM, found.frame, found.frame, found.time, found.share, UNKNOWN_STRENGTH)
         _add_key(w, slot, state, point, SECOND_MESSAGE)
+    note_pauses(w)
     if w.plan.offline == 0:
         rank(w, NO_SLOT)
         relabel(w)
@@ -211,6 +215,7 @@ cdef inline void _decide_what_is_due(Window* w, OpenSegment* segment, Curve* cur
             rank(w, open_slot)
             relabel(w)
         report_kept(w, 1)
+        note_pauses(w)
         segment.state.settled = decide_oldest(w, segment.state.settled, open_slot, end_frame)
         w.state.ranked = 0
     if open_slot != NO_SLOT:
@@ -260,6 +265,7 @@ cdef inline void _close_take(Window* w, OpenSegment* segment, Curve* curve) noex
         for j in range(w.plan.padded_joints):
             segment.pose.at[3 * segment.pose.columns + j] = LOG_REST_SPEED
         add_pose(w.params, settled, segment.pose, w.plan.joints, w.clock.time, w.plan.post_roll)
+    note_pauses(w)
     judge_candidates(w, LAST_OF_ALL)
     close(w.params, settled)
     rank(w, segment.state.settled)

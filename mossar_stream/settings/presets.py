@@ -41,7 +41,7 @@ _MOTION: dict[str, object] = {
     "refine": 0.0,
     "pre_roll": 0.0,
     "post_roll": 0.0,
-    "tempo": False,
+    "tempo": True,
     "remerge_window": 20,
     "remerge_seconds": 1.4,
     "rests": "keep",

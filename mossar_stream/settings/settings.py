@@ -290,7 +290,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     pre_roll: Annotated[
         float | None,
         setting(
-            "Assumed time for which the first posture was held before the take. Only with another similarity than `evidence`, like `post_roll`, `tempo` and `features`",
+            "Assumed time for which the first posture was held before the take. Only with another similarity than `evidence`, like `post_roll` and `features`",
             "longer: the first onset is stronger",
             unit="s",
             low=0.0,
@@ -310,7 +310,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     tempo: Annotated[
         bool | None,
         setting(
-            "Whether the level scales with the performer's tempo",
+            "Whether the level follows the performer's own time: how long the extent of the movements takes at the usual speed. At level `motion` rests, periods and the delay of slow performers are longer, and repetitions end in the middle of the pause; with `similarity=likelihood` the strength scales with it",
             "true: slow performers keep as many key frames as quick ones",
         ),
     ] = None
@@ -518,10 +518,11 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     def bundle_values(self) -> dict[str, object]:
         """Return what the level's bundle gives to each field that is left to it.
 
-        Four follow another field. `range_floor` is a speed, so it is proportional to `window`. `location` is `none` with the
+        Five follow another field. `range_floor` is a speed, so it is proportional to `window`. `location` is `none` with the
         path kernel, whose summaries have no sums from which poses could be subtracted. `rate_limit` is 0 with a `fixed`
         range, where key frames are exactly those of Algorithm 2 on the velocity of all frames. `rests` is `merge` with other
-        similarities than evidence, where Algorithm 3 alone decides.
+        similarities than evidence, where Algorithm 3 alone decides. Level `motion` follows the performer's own time (`tempo`) only
+        by evidence, and while `remerge_seconds` is not given: that delay is the same for everybody.
         """
         values = dict(BUNDLES[self.bundle])
         usual = float(str(values["window"]))
@@ -533,6 +534,10 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             values["rate_limit"] = 0.0
         if self.similarity not in (None, "evidence"):
             values["rests"] = "merge"
+        if self.bundle == "motion" and (
+            self.remerge_seconds is not None or self.similarity not in (None, "evidence")
+        ):
+            values["tempo"] = False
         return values
 
     def at_level(self, level: LevelName | float) -> "Settings":
@@ -615,7 +620,6 @@ NOT_OF_EVIDENCE = (
     "location",
     "pre_roll",
     "post_roll",
-    "tempo",
 )  # what other similarities make use of
 
 

@@ -135,6 +135,32 @@ def test_several_sets_stand_beside_each_other_and_one_can_be_left_out(capsys, tm
     assert "a cut every k seconds" in methods
 
 
+def test_sets_can_be_stretched_in_time(capsys, tmp_path):
+    folders = labelled_sets(tmp_path)
+    assert main(["evaluate", *folders, "--stretch", "0.6,1,2", "--json"]) == 0
+    groups = json.loads(capsys.readouterr().out)["groups"]
+    names = [f"{name} x{factor}" for name in ("one", "two") for factor in ("0.6", "1", "2")]
+    assert [group["group"] for group in groups] == names
+    lasted = [group["recordings"][0]["duration_s"] for group in groups]
+    assert lasted[2] == pytest.approx(2 * lasted[1], abs=0.1)
+    assert main(["evaluate", folders[0], "--stretch", "2"]) == 0
+    assert "x2" in capsys.readouterr().out.splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    "other", [["--leave-out"], ["--plot", "strips.png"], ["--sides"], ["--strict", "0.3"]]
+)
+def test_stretching_goes_with_no_other_way_to_score(capsys, tmp_path, other):
+    assert main(["evaluate", *labelled_sets(tmp_path), "--stretch", "2", *other]) == 2
+    assert f"--stretch and {other[0]}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("factors", ["0", "11", "x"])
+def test_a_factor_that_is_none_is_refused(capsys, tmp_path, factors):
+    assert main(["evaluate", labelled_sets(tmp_path)[0], "--stretch", factors]) == 2
+    assert "--stretch" in capsys.readouterr().err
+
+
 def test_leaving_out_needs_several_sets(capsys, tmp_path):
     assert main(["evaluate", labelled_sets(tmp_path)[0], "--leave-out"]) == 2
     assert "needs several folders" in capsys.readouterr().err

@@ -126,6 +126,7 @@ class Options(msgspec.Struct, frozen=True):
     seeds: int | None = None
     sides: bool = False
     leave_out: bool = False
+    stretch: tuple[float, ...] | None = None
     per_minute: float | None = None
     labels: str | None = None
     tier: str | None = None

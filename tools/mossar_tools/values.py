@@ -28,6 +28,15 @@ def tolerances(text: str) -> tuple[float, ...]:
     return tuple(sorted({positive(part) for part in names(text)}))
 
 
+def factors(text: str) -> tuple[float, ...]:
+    """Return numbers from 0.1 to 10 between commas, each once, in their order."""
+    given = tuple(dict.fromkeys(positive(part) for part in names(text)))
+    for factor in given:
+        if not 0.1 <= factor <= 10.0:
+            raise argparse.ArgumentTypeError(f"{factor:g} is not a factor from 0.1 to 10")
+    return given
+
+
 def positive(text: str) -> float:
     """Return a positive number."""
     number = _number(text)

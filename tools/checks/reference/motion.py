@@ -134,14 +134,18 @@ class Motion:
             while noted < len(self.candidates) and self.candidates[noted].confirmed <= t:
                 undecided.append(noted)
                 noted += 1
-            while undecided and (len(undecided) > CAPACITY or time >= self._time(undecided[0]) + HOLD):
+            while undecided and (
+                len(undecided) > CAPACITY or time >= self._time(undecided[0]) + self.holds[t]
+            ):
                 number = undecided[0]
                 if number in self._kept(undecided, left, t + 1, weights):
-                    finals.append(self.candidates[number].reported)
+                    finals.append(self._located(undecided, finals, t + 1))
                     left = self.candidates[number].frame
                 undecided.pop(0)
         kept = self._kept(undecided, left, len(self.times), weights)
-        finals += [self.candidates[number].reported for number in undecided if number in kept]
+        for place, number in enumerate(undecided):
+            if number in kept:
+                finals.append(self._located(undecided[place:], finals, len(self.times)))
         return self.taken[np.array(finals, dtype=np.int64)].tolist()  # type: ignore[no-any-return]
 
     def reported(self) -> list[int]:
@@ -157,6 +161,58 @@ class Motion:
                 reported.append(c.reported)
                 first, before, speed = c.confirmed + 1, self.times[c.frame], c.speed
         return self.taken[np.array(reported, dtype=np.int64)].tolist()  # type: ignore[no-any-return]
+
+    @cached_property
+    def own_time(self) -> Array:
+        """τ at each frame, s."""
+        return np.clip(self.extent / self.usual, kernels.LEAST_OWN_TIME, kernels.MOST_OWN_TIME)
+
+    @cached_property
+    def holds(self) -> Array:
+        """How old a key frame is when it is decided, at each frame, s: longer for slow performers until something is counted."""
+        counts = np.searchsorted(self.counted[0], self.times, "right") - 1
+        is_counted = np.array([len(self.counted[1][count]) > 0 for count in counts])
+        slowness = np.minimum(self.extent, kernels.HAND) / self.usual
+        more = kernels.WAITS_MORE * np.maximum(slowness - kernels.WAITS_FROM, 0.0)
+        waits = np.minimum(HOLD + more, kernels.WAITS_AT_MOST * HOLD)
+        return np.where(is_counted, HOLD, waits)
+
+    @cached_property
+    def dwells(self) -> list[tuple[float, float]]:
+        """When the performer was slow, (begin, end), s."""
+        found: list[tuple[float, float]] = []
+        for time in self.times[1:][self.speed[1:] < kernels.SLOW * self.usual[1:]]:
+            if found and time - found[-1][1] <= kernels.DWELL_GAP + MARGIN:
+                found[-1] = found[-1][0], float(time)
+            else:
+                found.append((float(time), float(time)))
+        return found
+
+    def _located(self, undecided: list[int], finals: list[int], until: int) -> int:
+        """Return where the oldest key frame lies when it is final: one that ends a repetition in the middle of the pause."""
+        number = undecided[0]
+        here, (label, known) = self.candidates[number].reported, self.labels[number]
+        if label != kernels.ENDS or known >= until:
+            return here
+        time, now = self._reported(number), self.times[until - 1]
+        best, least = None, kernels.NEAR_DWELL
+        for begin, end in self.dwells[: bisect_right(self.dwells, (now, math.inf))]:
+            off = max(begin - time, time - min(end, now), 0.0)
+            if off < least - MARGIN:
+                best, least = 0.5 * (begin + min(end, now)) - kernels.LATE_DWELL, off
+        if best is None:
+            return here
+        middle = int(np.argmin(np.abs(self.times - best)))
+        following = next(
+            (other for other in undecided[1:] if self._label_at(other, until) != kernels.WITHIN), None
+        )
+        until = until if following is None else self.candidates[following].reported
+        return middle if (finals[-1] if finals else 0) < middle < until else here
+
+    def _label_at(self, number: int, end: int) -> int:
+        """Return the label of a candidate as far as it is known before a frame."""
+        label, known = self.labels[number]
+        return label if known < end else int(kernels.UNLABELLED)
 
     def _time(self, number: int) -> float:
         return float(self.times[self.candidates[number].frame])
@@ -179,9 +235,7 @@ class Motion:
 
     def _odds(self, number: int, begin: int, after: int, end: int, weights: Weights) -> float:
         """Return the log odds of a candidate between two frames, as the label of it leaves them before `end`."""
-        label, known = self.labels[number]
-        if known >= end:
-            label = kernels.UNLABELLED
+        label = self._label_at(number, end)
         if label == kernels.WITHIN:
             return -math.inf
         found = self.evidence(number, begin, after)
@@ -194,19 +248,23 @@ class Motion:
         confirmed, last = [candidate.confirmed for candidate in self.candidates], -np.inf
         found = []
         for number in range(len(confirmed)):
-            due = int(np.searchsorted(self.times, self._time(number) + HOLD))
+            is_due = self.times >= self._time(number) + self.holds
+            due = int(np.argmax(is_due)) if is_due.any() else len(self.times)
             known = min(max(due, confirmed[number]), len(self.times) - 1)
             moment = self.times[known] if due < len(self.times) else np.inf
             counted = self.counted[1][np.searchsorted(self.counted[0], moment, "right") - 1]
-            label, last = self._label(number, bisect_right(confirmed, known), counted, last)
+            longest = max(kernels.LONGEST_PERIOD, kernels.LONGEST_IN_OWN_TIME * self.own_time[known])
+            label, last = self._label(number, bisect_right(confirmed, known), counted, last, longest)
             found.append((label, known))
         return found
 
-    def _label(self, number: int, noted: int, counted: Array, last: float) -> tuple[int, float]:
-        """Return the label of a candidate, and when the last repetition ended."""
+    def _label(
+        self, number: int, noted: int, counted: Array, last: float, longest: float
+    ) -> tuple[int, float]:
+        """Return the label of a candidate, and when the last repetition ended; `longest` is the longest period, s."""
         time = self._reported(number)
         period = _period_at(counted, time)
-        if not 0.0 < period <= kernels.LONGEST_PERIOD + MARGIN:
+        if not 0.0 < period <= longest + MARGIN:
             return kernels.UNLABELLED, last
 
         def cost(other: int) -> float:

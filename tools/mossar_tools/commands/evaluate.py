@@ -14,7 +14,7 @@ from mossar_tools.evaluation.takes import Take
 from mossar_tools.options import Options, add_messages, add_output, add_plot, add_settings
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
-from mossar_tools.values import share, whole
+from mossar_tools.values import factors, share, whole
 
 DESCRIPTION = """Compare key frames with the true cuts of labelled recordings: Mossar by parts and similarities,
 streaming and offline, and by chance.
@@ -37,6 +37,7 @@ EXAMPLES = """  mossar evaluate demo:                                the built-i
   mossar evaluate DIR                                  of moves on command: F1, delay and limb, by move
   mossar evaluate DIR --sides                          also turned by 30, 90, 180 degrees and while turning
   mossar evaluate DIR --set sig_threshold=0.03
+  mossar evaluate DIR1 DIR2 --stretch 0.6,1,2          performers quicker than recorded, as recorded, and half as fast
   mossar evaluate DIR1 DIR2 DIR3 --leave-out           several sets, each also with what serves the others best
 """
 
@@ -51,6 +52,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--leave-out",
         action="store_true",
         help="with several folders, score each with the best strength of the others",
+    )
+    group.add_argument(
+        "--stretch",
+        metavar="X,...",
+        type=factors,
+        help="final key frames of the same recordings stretched in time, as if performers were so many times as slow",
     )
     group.add_argument(
         "--sides",
@@ -78,6 +85,8 @@ def run(options: Options, console: Console) -> int:
     _refuse_what_would_change_nothing(options)
     settings = options.settings()
     outputs = Outputs.of(options)
+    if options.stretch is not None:
+        return _stretched(options, console, outputs, settings)
     if len(options.sources) > 1:
         if options.sides or options.strict is not None:
             raise UsageError("--sides and --strict take one folder of moves on command")
@@ -139,6 +148,37 @@ def _moves(options: Options, console: Console, outputs: Outputs, settings: Setti
         strict=options.strict,
     )
     outputs.write(console, moves_json(found), moves_rows(found), moves_lines(found))
+    return DONE
+
+
+def _stretched(options: Options, console: Console, outputs: Outputs, settings: Settings) -> int:
+    """Show what final key frames reach on recordings that are stretched in time."""
+    from mossar_tools.evaluation.report import as_json
+    from mossar_tools.evaluation.sets import load_sets
+    from mossar_tools.evaluation.stretching import score_stretched, stretched_sets, stretching_table
+    from mossar_tools.evaluation.trial import groups_of
+
+    refused = {
+        "--plot": options.plot,
+        "--leave-out": options.leave_out,
+        "--sides": options.sides,
+        "--strict": options.strict is not None,
+    }
+    for name in (name for name, given in refused.items() if given):
+        raise UsageError(f"--stretch and {name} do not go together; leave one of them out")
+    is_demo = parse_url(options.sources[0]).scheme == "demo"
+    if is_demo or (len(options.sources) == 1 and _is_of_moves(options)):
+        if not is_demo:
+            raise UsageError("--stretch takes folders with true cuts; this one holds moves")
+        sets = groups_of(load_takes(options, console))
+    else:
+        folders = [Path(source) for source in options.sources]
+        sets = load_sets(folders, lambda path: console.status(f"reading {path}"))
+    factors = options.stretch or ()
+    played = stretched_sets(sets, factors)
+    rows = score_stretched(played, settings, console.status)
+    report = as_json(played, rows)
+    outputs.write(console, report, _flat(report), stretching_table(list(sets), factors, rows))
     return DONE
 
 

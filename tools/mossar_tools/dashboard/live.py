@@ -394,6 +394,8 @@ class LiveShow:
         if quantiles:
             statistics.append(("lag, median · 99 %", f"{quantiles[0]:.1f} · {quantiles[1]:.1f} ms"))
         statistics.append(("dropped", str(sample.dropped)))
+        if sample.state.own_time is not None:
+            statistics.append(("own time", f"{sample.state.own_time:.2f} s"))
         statistics += [
             (name.replace("_", " "), str(sample.stats[name])) for name in _COUNTS if sample.stats[name]
         ]

@@ -1,0 +1,79 @@
+"""Dwells: where the performer lingered in the last seconds, so that the end of a repetition lies in the middle of a pause.
+
+A dwell is a stretch of time in which the speed u stays below the share `SLOW` of V (scales.pxi), but for `DWELL_GAP`. Moments are
+noted some 20 times a second, so that the middle of a dwell is a frame.
+"""
+
+cdef double DWELL_GAP = 0.12  # s above the line that do not end a dwell
+cdef double MOMENT_SPACING = 0.045  # s between moments
+cdef double NEAR_DWELL = 0.3  # s, from a key frame to its dwell
+# s; the velocity shows a dwell so much later, after its low-pass filter and the window of its speed
+cdef double LATE_DWELL = 0.05
+cdef enum:
+    DWELLS = 8  # remembered
+    MOMENTS = 160  # remembered: more than 7 s
+    NO_DWELL = -1
+
+cdef struct Moment:
+    double time  # s
+    int64_t frame
+
+
+cdef struct Dwells:
+    int64_t begun  # dwells of the take
+    int64_t noted  # moments of the take
+    double begin[8]  # s, of the latest dwells, ring
+    double end[8]  # s, so far
+    Moment moment[160]  # the latest ones, ring
+
+
+cdef void start_dwells(Dwells* dwells) noexcept nogil:
+    """Begin a take."""
+    dwells.begun = dwells.noted = 0
+
+
+cdef inline void follow_dwells(Dwells* dwells, bint slow, int64_t frame, double time) noexcept nogil:
+    """Take a frame in, in which the performer is slow or not.
+
+    Args:
+        dwells: DWELLS.
+        slow: Whether the speed is below the line.
+        frame: Its number.
+        time: s.
+    """
+    cdef Moment* moment = &dwells.moment[dwells.noted % MOMENTS]
+    cdef int64_t newest
+    if dwells.noted == 0 or time - dwells.moment[(dwells.noted - 1) % MOMENTS].time >= MOMENT_SPACING - MARGIN:
+        moment.time, moment.frame = time, frame
+        dwells.noted += 1
+    if not slow:
+        return
+    if dwells.begun == 0 or time - dwells.end[(dwells.begun - 1) % DWELLS] > DWELL_GAP + MARGIN:
+        dwells.begin[dwells.begun % DWELLS] = time
+        dwells.begun += 1
+    newest = (dwells.begun - 1) % DWELLS
+    dwells.end[newest] = time
+
+
+cdef int64_t dwell_near(Dwells* dwells, double time) noexcept nogil:
+    """Return the place of the dwell nearest to a time, s; `NO_DWELL` if none is near, of two as near the earlier one."""
+    cdef int64_t number, place, best = NO_DWELL
+    cdef double off, least = NEAR_DWELL
+    for number in range(max(dwells.begun - DWELLS, 0), dwells.begun):
+        place = number % DWELLS
+        off = max(dwells.begin[place] - time, time - dwells.end[place], 0.0)
+        if off < least - MARGIN:
+            best, least = place, off
+    return best
+
+
+cdef Moment* middle_of(Dwells* dwells, int64_t dwell) noexcept nogil:
+    """Return the moment in the middle of a dwell, of two as near the earlier one."""
+    cdef double time = 0.5 * (dwells.begin[dwell] + dwells.end[dwell]) - LATE_DWELL
+    cdef int64_t oldest = max(dwells.noted - MOMENTS, 0), number, place, best
+    best = oldest % MOMENTS
+    for number in range(oldest + 1, dwells.noted):
+        place = number % MOMENTS
+        if abs(dwells.moment[place].time - time) < abs(dwells.moment[best].time - time) - MARGIN:
+            best = place
+    return &dwells.moment[best]
