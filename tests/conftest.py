@@ -1,7 +1,11 @@
 """What tests of every package share: disks that are full or read-only, and events."""
 
+import os
 import shutil
 import subprocess
+
+# Tests run side by side, and matrices are small: threads of the linear algebra would only wait for each other.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 
