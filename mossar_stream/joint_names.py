@@ -270,7 +270,7 @@ def find_joints(names: Sequence[str]) -> dict[str, int]:
         names: Of the joints of a skeleton.
 
     Returns:
-        Index of the joint of `hips`, `spine`, `chest`, `neck`, `head`, `torso` and, with "left_" or "right_" before them, `collar`,
+        Index of the joint of `hips`, `spine`, `chest`, `neck`, `head`, `torso` and, with the side before them (`left_knee`), `collar`,
         `shoulder`, `elbow`, `wrist`, `hand`, `hip`, `knee`, `ankle`, `foot`, as far as they are there.
 
     Example:
