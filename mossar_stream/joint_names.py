@@ -270,8 +270,8 @@ def find_joints(names: Sequence[str]) -> dict[str, int]:
         names: Of the joints of a skeleton.
 
     Returns:
-        Index of the joint of `hips`, `spine`, `chest`, `neck`, `head`, `torso` and, with the side before them (`left_knee`), `collar`,
-        `shoulder`, `elbow`, `wrist`, `hand`, `hip`, `knee`, `ankle`, `foot`, as far as they are there.
+        Index of each joint that is there: `hips`, `spine`, `chest`, `neck`, `head`, `torso`; and of both sides, as in the example,
+        `collar`, `shoulder`, `elbow`, `wrist`, `hand`, `hip`, `knee`, `ankle`, `foot`.
 
     Example:
         >>> find_joints(["pelvis", "thigh_l", "calf_l", "foot_l", "ball_l"])
