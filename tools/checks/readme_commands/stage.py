@@ -25,7 +25,7 @@ GOODBYE = 20.0  # s that it may take to end after Ctrl-C, on a machine that is b
 PROGRAMS = ("mossar ", "python ", "python3 ", "pip ", "flink ", "eval ")  # nothing else is handed to a shell
 # Streams of others, the dashboard, endless shows, and what takes minutes.
 GOES_ON = re.compile(
-    r"mossar (run|record|teach|replay|view)\b.*\b(osc|zmq\S*)://|mossar run --config|mossar view|mossar demo\b(?!.*head)"
+    r"mossar (run|record|teach|replay|view)\b.*\b(osc|zmq\S*)://|mossar run \d|mossar run --config|mossar view|mossar demo\b(?!.*head)"
     r"|mossar bench|mossar evaluate ('?demo:|.*--leave-out)|python -m checks|python examples/"
 )
 NOT_RUN: Final[dict[str, str]] = {  # beginning of a command: why it is not run here
@@ -171,7 +171,7 @@ def ports_of(line: str, folder: Path) -> list[str]:
     """Return the ports that a command names, itself or in a configuration file, in one order for all commands."""
     files = [folder / name for name in re.findall(r"--config (\S+)", line)]
     texts = [line, *(file.read_text() for file in files if file.is_file())]
-    return sorted({port for text in texts for port in re.findall(r":(\d{4,5})\b", text)})
+    return sorted({port for text in texts for port in re.findall(r"(?::|\brun )(\d{4,5})\b", text)})
 
 
 def _interrupted(status: int, said: Sequence[str]) -> str:
