@@ -37,7 +37,6 @@ class _Line(msgspec.Struct):
     sender: str | None = None  # whose clock its times are on: that of its first frame
     arrival: float | None = None  # of the latest frame, s
     count: int = 0  # frames so far, for times at a given rate
-    sent: float = float("-inf")  # s, the latest time by its sender
     steady: Steady = msgspec.field(default_factory=Steady)  # for times without one
     clock: SenderClock[Pose] | None = None  # for times with one
     positions: list[NDArray[np.float64] | NDArray[np.float32]] = msgspec.field(default_factory=list)
@@ -174,13 +173,7 @@ class Batch:
                 self._append(line, pose, self._shared(line, pose, line.steady.time(pose.arrival)))
         else:
             line.clock = line.clock or self._clock(line.sender)
-            sent, before = pose.time or 0.0, line.sent
-            line.sent = sent
-            if line.count == 2 and sent == before:
-                # That of a second sender, before it is known as one, would look as if the clock stood still.
-                self._append(line, pose, self._shared(line, pose, sent))
-                return
-            self._append_timed(line, line.clock, line.clock.put(pose, sent, pose.arrival))
+            self._append_timed(line, line.clock, line.clock.put(pose, pose.time or 0.0, pose.arrival))
 
     def _steady_of(self, pose: Pose) -> Steady:
         """Return the line for the times of a new performer: that of another one of the same sender, else a new one.

@@ -148,16 +148,19 @@ def test_a_second_vmc_sender_is_one_more_person_and_one_that_restarts_the_same(h
     def send():
         for k, sink in enumerate(sinks):
             sink.announce(Meta(f"p{k + 1}", SKELETON, 30.0))
+        for i in range(10):  # before the second one starts
+            perform(places, sinks[0], 0, i, i + 1)
+            time.sleep(1 / 30)
         for i in range(120):
             for k in range(2):
-                perform(places, sinks[k], k, i, i + 1)
+                perform(places, sinks[k], k, i + 10 * (1 - k), i + 10 * (1 - k) + 1)
             time.sleep(1 / 30)  # as the clocks of the senders say
         sinks[1].close()  # its program is started again, and has another port
         sinks[1] = avatars(source)
         sinks[1].announce(Meta("p2", SKELETON, 30.0))
-        for i in range(120, COUNT):
+        for i in range(120, COUNT - 10):
             for k in range(2):
-                perform(places, sinks[k], k, i, i + 1)
+                perform(places, sinks[k], k, i + 10 * (1 - k), i + 10 * (1 - k) + 1)
             time.sleep(1 / 30)  # as the clocks of the senders say
 
     heard = hear(source, send)
@@ -168,8 +171,11 @@ def test_a_second_vmc_sender_is_one_more_person_and_one_that_restarts_the_same(h
     sides = {name: poses[:, :, 0].mean(axis=1) for name, poses in slots.items()}
     left = "p1" if sides["p1"][0] < sides["p2"][0] else "p2"
     right = "p2" if left == "p1" else "p1"
-    assert len(slots[left]) == len(slots[right]) == COUNT
-    assert sides[left].max() < sides[right].min()
+    middle = (np.median(sides[left]) + np.median(sides[right])) / 2
+    # The first frame of the second sender counts for the first one, until it is known that there are two.
+    assert len(slots[left]) + len(slots[right]) == 2 * COUNT - 10
+    assert (sides[left] > middle).sum() <= 1
+    assert (sides[right] < middle).sum() <= 1
     assert not [item for item in heard.items if isinstance(item, Departure)]
 
 
