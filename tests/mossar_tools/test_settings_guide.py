@@ -73,6 +73,8 @@ def test_what_options_of_their_own_set_comes_from_you(mossar):
         ([], "rests", "keep", "level motion"),
         (["level=posture"], "rests", "merge", "level posture"),
         (["similarity=likelihood"], "rests", "merge", "similarity=likelihood"),
+        (["similarity=likelihood"], "tempo", "false", "similarity=likelihood"),
+        (["remerge_seconds=0.5"], "tempo", "false", "remerge_seconds=0.5"),
     ],
 )
 def test_a_value_says_what_it_follows(mossar, given, name, value, origin):

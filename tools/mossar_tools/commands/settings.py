@@ -22,8 +22,14 @@ EXAMPLES = """  mossar settings
 
 FIRST = ("level", "rests", "sig_threshold", "range_floor", "remerge_seconds")  # those to begin with
 LONG = 20  # characters of legal values that are not repeated in the table
-# What follows another setting where it is left to the bundle.
-FOLLOWED = {"range_floor": "window", "location": "similarity", "rate_limit": "range", "rests": "similarity"}
+# Which other settings a value follows where it is left to the bundle; the first that is given counts.
+FOLLOWED = {
+    "range_floor": ("window",),
+    "location": ("similarity",),
+    "rate_limit": ("range",),
+    "rests": ("similarity",),
+    "tempo": ("remerge_seconds", "similarity"),
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -129,7 +135,7 @@ def _followed(name: str, chosen: Settings) -> str:
     own = Settings(level=chosen.level).bundle_values()[name]
     if chosen.bundle_values()[name] == own:
         return ""
-    leader = FOLLOWED[name]
+    leader = next(name for name in FOLLOWED[name] if getattr(chosen, name) is not None)
     return f"{leader}={_shown(getattr(chosen, leader))}"
 
 
