@@ -36,11 +36,16 @@ def lay_out(cnp.ndarray memory, cnp.ndarray plan, /):
     lay_out_row(row)
 
 
+cdef int64_t FARTHEST_SIZE = <int64_t>1 << 50
+
+
 def row_bytes(cnp.ndarray plan, /):
     """Return the bytes of a row; see `new_row`."""
     cdef cnp.ndarray head = zeros(sizeof(Row))
     cdef Row* row = <Row*>cnp.PyArray_DATA(head)
     memcpy(&row.plan, cnp.PyArray_DATA(plan), sizeof(Plan))
+    if max(row.plan.ring, row.plan.average_size, row.plan.history_size) > FARTHEST_SIZE:
+        return FARTHEST_SIZE  # more than any memory; sums of such sizes would overflow
     lay_out_row(row)
     return row.at.end
 
