@@ -13,9 +13,9 @@ leaping    far more than has passed by the arrivals                             
 running    anything else                                                              a few in a row: the clock is used
 =========  =========================================================================  ================================
 
-Over spans of half a second the rate of the clock is compared with that of the arrivals. At less than 12 or more than
-250 Hz by the sender, and another rate by arrival, the clock is not used. A rate that both replays and clocks may have is
-noted, and the sender's times are used.
+Over spans of half a second in which the clock was not set, its rate is compared with that of the arrivals. At less than
+12 or more than 250 Hz by the sender, and another rate by arrival, the clock is not used. A rate that both replays and
+clocks may have is noted, and the sender's times are used.
 
 Times by arrival continue where the sender's times ended. A clock that was found not to run is not used again.
 """
@@ -174,6 +174,8 @@ class SenderClock(Generic[Kept]):
         if self._long[1] == _SPAN:
             self._long = [count // 2 for count in self._long]
         self._standing += standing
+        if leaping or step < -_LEAP:
+            self._span = None  # a clock that was set has no rate over that span
         self._leaping = self._leaping + 1 if leaping else 0
         self._running = 0 if standing or leaping else self._running + 1
         self._accepts_leaps &= step > _LEAP

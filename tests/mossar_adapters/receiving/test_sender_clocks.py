@@ -38,6 +38,7 @@ RUNNING = {
     "unix": lambda t: 1.7e9 + t,
     "set_back": lambda t: t - (5.0 if t > 4 else 0.0),
     "set_ahead": lambda t: t + (900.0 if t > 4 else 0.0),
+    "set_ahead_often": lambda t: t + 900.0 * int(t / 0.4),
     "double_speed": lambda t: 2 * t,
     "half_speed": lambda t: t / 2,
 }
