@@ -69,9 +69,9 @@ class Metrics:
         latency = GaugeMetricFamily(
             "mossar_latency_seconds", "From a frame to its events", labels=["performer", "quantile"]
         )
-        for name, delays in list(pipeline.latency.items()):
-            for quantile, ms in zip(("0.5", "0.99"), delays.quantiles_ms() or (), strict=False):
-                latency.add_metric([name, quantile], ms / 1000)
+        for performer in list(pipeline.performers.values()):
+            for quantile, ms in zip(("0.5", "0.99"), performer.latency.quantiles_ms() or (), strict=False):
+                latency.add_metric([performer.name, quantile], ms / 1000)
         yield latency
         yield from self._ends()
 

@@ -141,6 +141,7 @@ def test_a_named_level_of_a_stream_is_that_of_the_command_line_from_the_next_tak
     take = performance(seed=5, seconds=30).frames
     show = LiveShow(Settings())
     pipeline = Pipeline([DemoSource.from_url("demo:")], [], Settings(), views=[show])
+    pipeline.naming.performer(0, "p1")
     pipeline.pool.announce("p1", SKELETON, 60)
     pipeline.pool["p1"].push(take.positions[:300], take.times[:300])
     for name in names:

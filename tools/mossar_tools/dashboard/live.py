@@ -160,14 +160,15 @@ class LiveShow:
             self._follows = now + _FOLLOWS_EVERY
             self._follow(pipeline.pool)
         for name in pipeline.pool.names[-MOST_PERFORMERS:]:
-            reached = pipeline.times.get(name, (0.0, 0.0))[1]
+            performer = pipeline.performers[name]
+            reached = performer.time.last or 0.0
             if 0 <= reached - self._sampled.get(name, -1.0) < 0.9 / RATE:
                 continue
             self._sampled[name] = reached
             segmenter = pipeline.pool[name]
             state = segmenter.state
             if state is not None:
-                dropped = pipeline.inbox.dropped[pipeline.naming.source_of(name)]
+                dropped = pipeline.inbox.dropped[performer.source]
                 following, moves = segmenter.following, pipeline.pool.moves
                 up = segmenter.settings.up
                 self._samples.append(_Sample(name, state, segmenter.stats, dropped, following, moves, up))
@@ -389,8 +390,8 @@ class LiveShow:
         if sample is None or fps is None:
             return []
         statistics = [("frames", f"{sample.stats['frames']:,}"), ("rate", f"{fps:.0f} fps")]
-        latency = self._pipeline.latency.get(performer) if self._pipeline else None
-        quantiles = latency.quantiles_ms() if latency else None
+        known = self._pipeline.performers.get(performer) if self._pipeline else None
+        quantiles = known.latency.quantiles_ms() if known else None
         if quantiles:
             statistics.append(("lag, median · 99 %", f"{quantiles[0]:.1f} · {quantiles[1]:.1f} ms"))
         statistics.append(("dropped", str(sample.dropped)))
