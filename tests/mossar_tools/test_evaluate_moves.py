@@ -13,11 +13,12 @@ from mossar_tools.evaluation.sessions import Session, load_session
 from .test_teach import FPS, PERSON, PUNCH, RAISE, reach, shown
 
 ORDER = (PUNCH, RAISE, PUNCH)
+# shown() rests for 50 frames.
 COMMANDS = [
     [0, 65, "punch_left"],
     [65, 145, "raise_right"],
     [145, 260, "punch_left"],
-]  # shown() rests for 50 frames
+]
 
 
 def write_session(folder, name, commands=COMMANDS, **label):
@@ -88,10 +89,11 @@ def test_examples_may_be_in_a_file_of_mossar_teach(tmp_path):
     moves.save(tmp_path / "mine.json")
     write_session(tmp_path, "ann", moves="mine.json")
     (choice,) = evaluate_moves(tmp_path, Settings(), lambda _: None).choices
+    # Said where nobody asked, and never shown.
     assert choice.outcomes[0].missed == [
         "punch_left",
         "raise_right",
-    ]  # said where nobody asked, and never shown
+    ]
 
 
 def event(name, time, limb="left"):

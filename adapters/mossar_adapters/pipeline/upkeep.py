@@ -248,9 +248,8 @@ class Upkeep:
 
     def _log_empty(self, name: str) -> None:
         self._empty_logged += 1
-        if (
-            self._empty_logged <= _MOST_LOGGED
-        ):  # more, in a flood of names, would fill a pipe that nobody reads
+        # More, in a flood of names, would fill a pipe that nobody reads.
+        if self._empty_logged <= _MOST_LOGGED:
             _log.warning(
                 "%s: frames come without a tracked joint: all joints are missing, or more than 100 km away%s",
                 name,

@@ -138,13 +138,14 @@ class Stage:
     def _judged(self, command: Command, folder: Path) -> str:
         endless = GOES_ON.search(command.line) is not None
         with subprocess.Popen(  # noqa: S603
+            # That is the point: as a reader would type it.
             [
                 "/bin/bash",
                 "-o",
                 "pipefail",
                 "-c",
                 command.line,
-            ],  # that is the point: as a reader would type it
+            ],
             cwd=folder,
             env=self.environment,
             stdin=subprocess.DEVNULL,
