@@ -15,13 +15,14 @@ from mossar_adapters.source import Meta
 from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Moves, Settings, Up
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.followed_moves import States
-from mossar_tools.dashboard.glimpse import Glimpse, Mark
+from mossar_tools.dashboard.glimpse import Glimpse
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.tables import WAITING
 from mossar_tools.dashboard.teaching import Teaching
 from mossar_tools.dashboard.track import RATE, Track
 from mossar_tools.figures import check_picture
+from mossar_tools.marks import Mark
 from mossar_tools.moves_file import EVERY, followed
 from mossar_tools.palette import Palette
 
