@@ -101,11 +101,12 @@ def programs(words: list[str]) -> list[list[str]]:
 def sanitizer_variables() -> dict[str, str]:
     """Return what a Python that was not compiled with the sanitizers needs to load a core that was."""
     libraries = []
+    # C++ must be there before the first exception of a library.
     for name in (
         "libasan.so",
         "libubsan.so",
         "libstdc++.so",
-    ):  # C++ must be there before the first exception of a library
+    ):
         program = [*(configured() or "cc").split(), f"-print-file-name={name}"]
         libraries.append(subprocess.run(program, capture_output=True, text=True, check=True).stdout.strip())  # noqa: S603
     return {

@@ -66,9 +66,8 @@ def _raise(number: int, frame: FrameType | None) -> None:
         _deferred.remove(number)
     if _is_delicate(frame):
         _deferred.append(number)
-        _thread.start_new_thread(
-            _signal_again, (number,)
-        )  # no lock is taken, which the main thread might hold
+        # No lock is taken, which the main thread might hold.
+        _thread.start_new_thread(_signal_again, (number,))
         return
     raise _exception(number)
 
