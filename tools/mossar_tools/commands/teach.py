@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from mossar_stream import Example, Moves
 
 DESCRIPTION = """Show moves that are recognised later. Live: rest, do the move, rest; it says when each example was
-taken, and saves them together. From a recording: the movements in it, a part of it, or what a table names.
+taken, and saves them together. From a recording: the movements in it, a part of it, or the moves of a table.
 A pose that is held (--pose): rest, take the pose, hold it."""
 COMMON = (
     "--help",
