@@ -22,7 +22,7 @@ def needed(library: str, extra: str, what: str) -> None:
     Args:
         library: Import name.
         extra: Extra of the distribution that brings it.
-        what: What needs it, for the message.
+        what: The feature that needs it, for the message.
 
     Raises:
         MossarError: If it is not installed.

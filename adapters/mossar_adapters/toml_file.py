@@ -12,7 +12,7 @@ _LARGEST = 1 << 63  # what TOML asks every reader for; beyond, numbers cannot ev
 
 
 def read_toml(path: Path, kind: str, error: type[MossarError]) -> dict[str, Any]:
-    """Return what is in a file.
+    """Return the content of a file.
 
     Args:
         path: The file.

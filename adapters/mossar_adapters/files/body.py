@@ -296,7 +296,7 @@ def size_in_words(tall: float) -> str:
 
 
 def size_note(tall: float, factor: float | None, stated: float, *, given: bool) -> str | None:
-    """Return what the user should know of a body's height, None if it fits.
+    """Return a note about a body's height, None if it fits.
 
     Args:
         tall: m, in the unit that was stated.
@@ -317,7 +317,7 @@ def size_note(tall: float, factor: float | None, stated: float, *, given: bool) 
 
 
 def reference_note(reference: Sequence[str]) -> str:
-    """Return what the user should know of joints that are left out."""
+    """Return a note about joints that are left out."""
     names = ", ".join(reference[:8])
     are = "are no parts" if len(reference) > 1 else "is no part"
     return f"{names} {are} of the body (far from it, or on the floor) and left out; --root {reference[0]} keeps {reference[0]}"

@@ -127,7 +127,7 @@ def by_image(frames: Iterable[Any]) -> Iterator[Any]:
 
 
 def _image(frame: Any) -> Any:
-    """Return what identifies the image of a frame."""
+    """Return the id of the image of a frame."""
     return frame["image_id"] if isinstance(frame, dict) and "image_id" in frame else object()
 
 

@@ -65,7 +65,7 @@ def _path_of(url: str) -> str | None:
 
 
 def _files_of(url: str) -> Iterator[str]:
-    """Yield the paths of an input, and of what is read with it."""
+    """Yield the paths of an input, and of the files that are read with it."""
     yield from _named_by_options(url)
     path = _path_of(url)
     if path is None:
@@ -85,7 +85,7 @@ def _named_by_options(url: str) -> Iterator[str]:
 
 
 def _companions(path: Path) -> list[Path]:
-    """Return what may be read with a recording."""
+    """Return the files that may be read with a recording."""
     suffix = path.suffix.lower()
     if suffix == ".amc" and path.parent.is_dir():
         return [beside for beside in path.parent.iterdir() if beside.suffix.lower() == ".asf"]
@@ -94,7 +94,7 @@ def _companions(path: Path) -> list[Path]:
 
 
 def _key(path: Path) -> _Key | None:
-    """Return what a file is known by; None for pipes and devices, of which nothing is replaced."""
+    """Return the identity of a file; None for pipes and devices, which are never replaced."""
     try:
         found = path.stat()
         if not path.is_file() and not path.is_dir():

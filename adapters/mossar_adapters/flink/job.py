@@ -1,4 +1,4 @@
-"""Job: what `mossar flink` is to do, read from a TOML file.
+"""Job: the description of a job of `mossar flink`, read from a TOML file.
 
     name = "mossar"
     parallelism = 1
@@ -201,7 +201,7 @@ def read_job(path: Path) -> Job:
     """Return the job in a file, with absolute places.
 
     Raises:
-        SettingsError: If it cannot be read, or something in it is unknown or impossible; one line says what.
+        SettingsError: If it cannot be read, or something in it is unknown or impossible; one line names it.
     """
     content = read_toml(path, "job", SettingsError)
     try:

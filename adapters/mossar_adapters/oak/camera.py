@@ -146,7 +146,7 @@ class Camera:
         """Find, boot and start a camera; takes seconds, and longer where the model must be downloaded.
 
         Args:
-            options: What the user wants.
+            options: The user's options.
             say: Told what is being done.
             over: Asked whether to give up.
 

@@ -93,7 +93,7 @@ class OakCounters(Counters):
         no_depth: Their joints without depth.
         unsure: Their joints that the network was not sure of.
         far_off: Their joints out of reach.
-        late: Frames dropped because nobody read them in time.
+        late: Frames dropped because they were not read in time.
     """
 
     people: int = 0

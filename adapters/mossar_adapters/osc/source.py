@@ -50,7 +50,7 @@ class OscSource:
             self.notes = (_SMALL.format(self.name, self._socket.buffer >> 10),)
 
     def skip_waiting(self) -> None:
-        """Have `items` begin with what comes from now on; how much is discarded is logged."""
+        """Discard all messages before now; their number is logged."""
         end, reached = self._socket.now, 0.0
         while reached < end and self._socket.waits():
             datagrams = self._socket.receive(0)
@@ -92,7 +92,7 @@ class OscSource:
         return None if arrival is None else self._socket.opened + arrival
 
     def explain(self) -> str:
-        """Return one line that says what is bound, what came, and what to try."""
+        """Return one line: the bound address, the arrivals, a remedy."""
         counters = self.counters
         where = f"{self.name}: listening on UDP {self.host}:{self.port}"
         if counters.received == 0:

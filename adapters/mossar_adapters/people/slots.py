@@ -7,7 +7,7 @@ give a free id to another person. A slot follows the body instead:
   person is not there, the slots follow the bodies.
 - An id that is new, or was away, is compared with everybody who is missing: by place for two seconds, by the lengths
   of the bones for as long as a person is remembered. If two are about equally likely, the newcomer is looked at
-  for up to two seconds. If it is nobody who was here, it gets a free slot.
+  for up to two seconds. If it is a new person, it gets a free slot.
 - Where all slots are taken it is refused.
 """
 
@@ -262,7 +262,7 @@ class Slots:
         ]
 
     def to_bytes(self) -> bytes:
-        """Return what is known of people, for `recall`."""
+        """Return the state of all people, for `recall`."""
         chosen = None if self._chosen is None else self._chosen.number
         former = dict(self._former)
         people = persons_of(self._bodies)
@@ -311,7 +311,7 @@ class Slots:
         return seconds
 
     def settle(self, ident: str) -> str | None:
-        """Decide on an id that is looked at, with what is known by now, and return its slot."""
+        """Decide on an observed id with the evidence up to now, and return its slot."""
         known = self._newcomers.get(ident)
         if known is None or known.refused:
             return REFUSED
@@ -357,7 +357,7 @@ class Slots:
         return bool(self._changes)
 
     def changes(self) -> list[Change]:
-        """Return what changed since the last call."""
+        """Return the changes since the last call."""
         found = list(self._changes)
         self._changes.clear()
         return found
@@ -417,7 +417,7 @@ class Slots:
         """Keep a slot for the person who is in it, however long it is away; or no longer.
 
         Raises:
-            SettingsError: If there is no such slot, or nobody was in it.
+            SettingsError: If there is no such slot, or it was never used.
         """
         body = self._slot(slot)
         if not body.used:
@@ -495,7 +495,7 @@ class Slots:
 
         Args:
             newcomer: The id.
-            speaks: What speaks against its being the person of each slot.
+            speaks: The evidence against its being the person of each slot.
         """
         own = self._ids.get(newcomer.id)
         start = newcomer.first
