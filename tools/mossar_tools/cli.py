@@ -170,14 +170,14 @@ def run_command(
     """Parse the arguments of a command, run it, and return its exit status.
 
     Args:
-        prog: What the user typed to get here.
-        command: What to run.
+        prog: The command as the user typed it.
+        command: The command to run.
         arguments: After the command's name.
         terminal: Where words go.
         assumed: Whether the user typed no command, so that this one is reported.
 
     Raises:
-        MossarError: If something is wrong with the arguments, or what they name.
+        MossarError: If something is wrong with the arguments, or the files that they name.
     """
     from mossar_tools.options import parse
     from mossar_tools.places import check_command

@@ -1,4 +1,4 @@
-"""Excerpt: what a picture shows of a recording, from one time to another."""
+"""Excerpt: the part of a recording in a picture, from one time to another."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ from mossar_stream import CurveState, KeyFrame, Result, Segment, Segmentation
 
 
 class Excerpt(msgspec.Struct, frozen=True):
-    """What was found between two times.
+    """The results between two times.
 
     Args:
         start: s.
@@ -25,9 +25,9 @@ class Excerpt(msgspec.Struct, frozen=True):
         hierarchy: All key frames of the recording in the order in which they fall.
         whole: Where the recording begins and ends, s.
         level: Strength from which key frames stand.
-        level_name: What to call it.
+        level_name: Its name.
         limbs: Segments of each limb that lie in it.
-        about: What the title says of it; None counts frames and key frames.
+        about: The text of the title; None counts frames and key frames.
         repetitions: Begin, end (s) and number in the bout of those in it.
         moves: Begin, end (s) and name of those in it.
     """
@@ -60,11 +60,11 @@ def excerpt(
     threshold: float = 0.0,
     level: tuple[float, str] | None = None,
 ) -> Excerpt:
-    """Return what to draw.
+    """Return the excerpt to draw.
 
     Args:
         whole: The recording.
-        result: What was found in it.
+        result: Its result.
         chosen: The level to show.
         count: Number of key frames asked for, if it was not a level.
         columns: (n, 4) the curve, if `result` has none.

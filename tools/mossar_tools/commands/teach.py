@@ -300,7 +300,7 @@ def _apply_rules(options: Options, moves: "Moves") -> None:
 
 
 def _rule_text(moves: "Moves", name: str) -> str:
-    """Return what is not as usual in how a move is recognised."""
+    """Return the unusual rules of a move."""
     rule, usual = moves.rule(name), MoveRule()
     parts = [f"strict {rule.strict:g}"] if rule.strict != usual.strict else []
     parts += [f"again after {rule.again:g} s"] if rule.again else []

@@ -31,7 +31,7 @@ _POSES = 300  # that the directions are found from
 
 
 class _Segmented(msgspec.Struct, frozen=True):
-    """What was found in a recording.
+    """The results of a recording.
 
     Args:
         result: Key frames and their hierarchy.
@@ -195,7 +195,7 @@ class RecordedShow:
         return re.sub(r"[^\w.-]+", "-", Path(self._parts[0].whole.name).stem).strip("-") or "recording"
 
     def outlines(self) -> list[Outline]:
-        """Return what there is to see of the whole recording, one performer each."""
+        """Return the view of the whole recording, one performer each."""
         with self._lock:
             return [
                 Outline(
@@ -208,7 +208,7 @@ class RecordedShow:
             ]
 
     def glimpses(self) -> list[Glimpse]:
-        """Return what there is to see at the playhead, one performer each."""
+        """Return the view at the playhead, one performer each."""
         place = self.player.place
         with self._lock:
             return [self._glimpse(part, place) for part in self._parts if len(part.found.columns)]
