@@ -131,7 +131,7 @@ def parse_url(url: str) -> Address:
 def readable(name: str) -> str:
     r"""Return a file name or URL as it may stand in messages, events and snapshots.
 
-    File names of Linux are bytes: what is no UTF-8, or moves the cursor of a terminal, is replaced.
+    File names of Linux are bytes: those that are no UTF-8, or move the cursor of a terminal, are replaced.
 
     Example:
         >>> ascii(readable("walk\udcff\x1b[2J.bvh"))

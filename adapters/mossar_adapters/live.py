@@ -67,7 +67,7 @@ class Skipped:
         self._span: tuple[float, float] | None = None  # times of the first and the last one, s
 
     def add(self, found: Sequence[Meta | Frames | Departure]) -> None:
-        """Keep what is no frame, and count the frames."""
+        """Keep all items but frames, and count the frames."""
         for item in found:
             if isinstance(item, Frames):
                 self._frames += len(item)

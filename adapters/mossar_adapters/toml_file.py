@@ -17,7 +17,7 @@ def read_toml(path: Path, kind: str, error: type[MossarError]) -> dict[str, Any]
     Args:
         path: The file.
         kind: What it ought to be, for messages.
-        error: What to raise; one line says what is wrong.
+        error: The exception to raise, with one line about the problem.
     """
     try:
         check_regular(path)

@@ -26,7 +26,7 @@ def event_schema() -> dict[str, Any]:
             definition["properties"][name]["description"] = text
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "An event of mossar-stream, or what is known of a performer",
+        "title": "An event of mossar-stream, or the description of a performer",
         **schema,
     }
 

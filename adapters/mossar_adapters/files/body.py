@@ -44,7 +44,7 @@ def reference_joints(skeleton: Skeleton, positions: NDArray[Any], root: str | No
     Args:
         skeleton: J joints.
         positions: (n, J, 3), any unit, NaN where a joint is missing.
-        root: The joint that the user names as the centre: it and what is below it belong to the body.
+        root: The joint that the user names as the centre: it and the joints below it belong to the body.
     """
     children = _children(skeleton)
     tops = [joint for joint, parent in enumerate(skeleton.parents) if parent < 0]
@@ -324,7 +324,7 @@ def reference_note(reference: Sequence[str]) -> str:
 
 
 def body_root(skeleton: Skeleton, reference: Sequence[str]) -> Skeleton:
-    """Return a skeleton whose centre is a joint of the body: the first one below what is no part of it."""
+    """Return a skeleton whose centre is a joint of the body: the first one below joints that are no part of it."""
     if skeleton.root < 0 or skeleton.names[skeleton.root] not in reference:
         return skeleton
     kept = tuple(name for name in skeleton.names if name not in reference)

@@ -1,4 +1,4 @@
-"""Replacing: no output replaces what is read, and one that replaces a file does so as a whole, at the end.
+"""Replacing: no output replaces an input, and one that replaces a file does so as a whole, at the end.
 
 `check_places` is the rule for inputs and outputs; every command asks it before anything is opened. `Draft` is the file
 beside: a full disk, a crash or an error leaves the old file as it was.
@@ -24,7 +24,7 @@ _Key = tuple[int, int] | str  # device and number of a file; its path, of one th
 
 
 def check_places(read: Iterable[str], written: Iterable[str]) -> None:
-    """Refuse to write what is read, or one place twice.
+    """Refuse to write an input, or one place twice.
 
     Links, hard ones too, are followed. The skeletons beside an `.amc`, the poses beside a video, files that options of
     a URL name, and what lies in a folder that is read, are read, too.

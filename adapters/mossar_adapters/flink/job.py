@@ -256,7 +256,7 @@ def _check_one(name: str, table: Source | Target) -> None:
 
 
 def _explained(message: str) -> str:
-    """Turn msgspec's message into one that begins with the place in the file and names what is legal."""
+    """Turn msgspec's message into one that begins with the place in the file and names the legal values."""
     text, _, place = message.partition(" - at `")
     keys = place.rstrip("`").removeprefix("$").removeprefix(".")
     if text.startswith("Object contains unknown field"):

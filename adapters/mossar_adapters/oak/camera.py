@@ -147,7 +147,7 @@ class Camera:
 
         Args:
             options: The user's options.
-            say: Told what is being done.
+            say: Gets the current step.
             over: Asked whether to give up.
 
         Raises:

@@ -323,7 +323,7 @@ class OakSource:
         self._inbox.put(Frames(frame[:, :, :3].copy(), np.array([moment]), frame[:, :, 3].copy(), name))
 
     def _say(self, doing: str) -> None:
-        """Take note of what is being done, for `explain` and the log."""
+        """Note the current step, for `explain` and the log."""
         self._doing, self._since = doing, time.monotonic()
         _log.info("%s: %s", self.name, doing)
 

@@ -78,7 +78,7 @@ class OscSource:
             self._socket.close()
 
     def _received(self) -> list[Meta | Frames | Departure]:
-        """Return what is complete with what the socket has, frames that nothing more comes for included."""
+        """Return the poses that waiting datagrams complete, and frames that are closed by silence."""
         datagrams = self._socket.receive(TICK if self.decoder.pending else POLL)
         self.counters.kernel_drops = self._socket.kernel_drops
         found = self.decoder.receive(*datagrams)

@@ -123,7 +123,7 @@ class PeopleSource:
 
     @property
     def recording(self) -> None:
-        """None: what is played is not the recording as it stands."""
+        """None: the played frames differ from the recording."""
         return
 
     def close(self) -> None:

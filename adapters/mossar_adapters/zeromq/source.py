@@ -1,6 +1,6 @@
 """The ZeroMQ source: SUB, connecting or binding.
 
-A socket around `ZmqDecoder`, which says what is accepted.
+A socket around `ZmqDecoder`, which defines the accepted messages.
 """
 
 import math
