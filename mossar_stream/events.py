@@ -344,7 +344,7 @@ class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", k
         count: Performances of this name that are done in this take, this one included when `done`.
         start: Begin of the performance, s on the source's clock.
         time: Time that the numbers belong to, s; of `done` the end of the performance.
-        progress: 0 to 1, along the whole of what was shown.
+        progress: 0 to 1, from the begin of the example's movement to its end.
         tempo: Relative to the example, over the last second; 1.2 is a fifth faster. Of `done` that of the whole.
         certainty: 0 to 1: how likely the performance will be done.
         deviation: Root mean square angle between the directions of bones and the example's, since `start`, degrees.

@@ -1,4 +1,4 @@
-"""Frames: what goes into a segmenter."""
+"""Frames: the input of a segmenter."""
 
 import math
 from pathlib import PurePath
@@ -39,7 +39,7 @@ class Frames(msgspec.Struct, frozen=True):
 def plain_array(values: ArrayLike, kind: DTypeLike) -> NDArray[Any]:
     """Return numbers in the one form that the kernels take: an array of a kind, contiguous, aligned and writeable.
 
-    What a masked array masks becomes NaN, which is missing.
+    Masked numbers become NaN, which is missing.
 
     Raises:
         FrameError: If they are dates.
@@ -54,10 +54,10 @@ def plain_array(values: ArrayLike, kind: DTypeLike) -> NDArray[Any]:
 
 
 def refuse_other_than_arrays(values: object) -> None:
-    """Refuse what is no array but is often given in place of one.
+    """Refuse paths and tables, which are often given in place of arrays.
 
     Raises:
-        TypeError: If it is a path or a table; it says what to do.
+        TypeError: If it is a path or a table; the message has the remedy.
     """
     if isinstance(values, str | PurePath):
         raise TypeError(
@@ -74,14 +74,14 @@ def refuse_text_as_rate(fps: object) -> None:
     """Refuse a rate that is a text, as options of programs are.
 
     Raises:
-        TypeError: If it is one; it says what to do.
+        TypeError: If it is one; the message has the remedy.
     """
     if isinstance(fps, str):
         raise TypeError(f"fps is a number in Hz, not the text {fps[:40]!r}: float(fps)")
 
 
 def reshaping(shape: tuple[int, ...]) -> str:
-    """Return what to do with positions of a shape that is not (n, J, 3), after a semicolon; empty if that is not known.
+    """Return the remedy for positions of a shape that is not (n, J, 3), after a semicolon; empty if that is not known.
 
     Example:
         >>> reshaping((90, 63))

@@ -169,7 +169,7 @@ class JointName(NamedTuple):
 
     Args:
         side: `left`, `right`, or empty.
-        part: What of a side or of the trunk it is, in the words of the table; empty if it is not known.
+        part: The part of a side or of the trunk, in the words of the table; empty if it is not known.
         number: Its digits, as written.
         rest: All words but the side: the joint of the other side has the same.
         extra: How many kinds of words were passed over: of two names of one joint, the plainer is meant.
@@ -183,7 +183,7 @@ class JointName(NamedTuple):
 
 
 def plain_name(name: str) -> str:
-    """Return a name's letters and digits, small, without what stands before a colon: for sets that have exact names.
+    """Return a name's letters and digits, small, without the namespace before a colon: for sets that have exact names.
 
     Example:
         >>> plain_name("mixamorig:Left_Hand")
@@ -206,7 +206,7 @@ def words_of(name: str) -> tuple[str, ...]:
 
 
 def read_joint_names(names: Iterable[str]) -> tuple[JointName, ...]:
-    """Return what the names of a skeleton's joints say.
+    """Return the meaning of the names of a skeleton's joints.
 
     Example:
         >>> [(name.side, name.part) for name in read_joint_names(["thigh_l", "RightUpLeg", "Spine1", "rod"])]
@@ -304,7 +304,7 @@ def _find(names: tuple[str, ...]) -> dict[str, int]:
 def _in_turn() -> Iterator[tuple[str, str, str]]:
     """Yield side, part and keys, in the order in which joints are taken.
 
-    Collar bones are what shoulders leave. Of a leg and a knee the leg is the upper one, so knees come before hips.
+    The remaining shoulder joints are collar bones. Of a leg and a knee the leg is the upper one, so knees come before hips.
     """
     yield from (("", part, keys) for part, keys in _TRUNK.items())
     late = ("knee", "hip", "ankle", "foot", "collar")
@@ -343,7 +343,7 @@ def _of_key(
 
 
 def _number_a_spine_of_numbers(found: dict[str, int], read: Sequence[JointName]) -> None:
-    """Let a spine that is only numbered (`spine`, `spine.001` … `spine.006`) have hips, neck and head, as Rigify's has."""
+    """Find hips, neck and head in a spine that is only numbered (`spine`, `spine.001` … `spine.006`), as Rigify's is."""
     if {"hips", "neck", "head"} & found.keys():
         return
     chain = sorted(

@@ -1,7 +1,7 @@
 """Performers: segmenters by name, for streams in which several people move.
 
 Events wait at the performers, or with the pool, until the caller gets them. An exception from outside, such as Ctrl-C, leaves
-them there, and the next call brings them. What is done for all at once is done as a whole, or not at all.
+them there, and the next call brings them. A change for all is done as a whole, or not at all.
 """
 
 from collections import OrderedDict
@@ -35,7 +35,7 @@ MOST_ABSENT = 1024  # performers who made room for others and are not forgotten 
 
 
 class _Absent(msgspec.Struct, frozen=True):
-    """What outlasts a segmenter."""
+    """The part of a performer that outlasts a segmenter."""
 
     counts: dict[str, int]  # see `Segmenter.counts`
     own: Settings | None  # settings of the performer's own, as far as they are in
@@ -48,7 +48,7 @@ class _Absent(msgspec.Struct, frozen=True):
 
 
 class _Lasting(msgspec.Struct, frozen=True):
-    """What a pool knows besides its segmenters."""
+    """The state of a pool besides its segmenters."""
 
     settings: Settings
     level: LevelName | float
@@ -169,7 +169,7 @@ class Performers:
         return [self._segmenters[name].core for name in names]
 
     def _dismissing(self, leaving: Sequence[str], for_whom: str) -> tuple[Steps, dict[str, _Absent], int]:
-        """Return the steps by which performers leave, and what is known of all who have left then.
+        """Return the steps by which performers leave, and the remembered state of all who have left then.
 
         Args:
             leaving: Their names.
@@ -229,7 +229,7 @@ class Performers:
         return segmenter
 
     def _own_changes(self, name: str) -> dict[str, object]:
-        """Return what a performer's own settings change of those of all."""
+        """Return the settings in which a performer differs from all."""
         if name not in self._segmenters:
             return self._absent[name].changes if name in self._absent else {}
         own, common = (msgspec.structs.asdict(s) for s in (self._segmenters[name].settings, self.settings))
@@ -291,7 +291,7 @@ class Performers:
         at_once(self._cores(own), steps)
 
     def _alignment_of(self, name: str, skeleton: Skeleton, settings: Settings) -> Alignment | None:
-        """Return what follows the moves of a performer."""
+        """Return the alignment of a performer's followed moves."""
         key = skeleton, settings.up
         alignment = alignment_of(self._follow, self._moves, skeleton, settings, name, self._banks.get(key))
         if alignment is not None:
@@ -301,7 +301,7 @@ class Performers:
         return alignment
 
     def _recognition_of(self, name: str, skeleton: Skeleton) -> Recognition | None:
-        """Return what recognises the moves of a performer."""
+        """Return the recognition of a performer's moves."""
         if self._moves is None:
             return None
         recognition = Recognition(self._moves, skeleton, name, self._stores.get(skeleton))
@@ -462,11 +462,11 @@ class Performers:
         return self._taken(())
 
     def snapshot(self) -> dict[str, bytes]:
-        """Return what all segmenters know, by performer, without the examples of moves: those are the pool's."""
+        """Return the state of all segmenters, by performer, without the examples of moves: those are the pool's."""
         return {name: segmenter.snapshot(with_moves=False) for name, segmenter in self._segmenters.items()}
 
     def lasting(self) -> bytes:
-        """Return what the pool knows besides: settings as they are now, and the takes of those who made room."""
+        """Return the rest of the pool's state: settings as they are now, and the takes of those who made room."""
         return msgspec.msgpack.encode(
             _Lasting(self._settings, self._level, self._absent, self._first_take, self._pending)
         )

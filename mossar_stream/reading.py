@@ -65,7 +65,7 @@ def read(path: str | Path, **options: Any) -> Any:
         A `mossar_adapters.files.LoadedRecording`: `positions`, `times`, `fps`, `skeleton`, and `segment(level=...)`.
 
     Raises:
-        MossarError: If it cannot be read; one line says why and what to do.
+        MossarError: If it cannot be read; one line has the reason and the remedy.
 
     Example:
         >>> import mossar_stream

@@ -1,11 +1,11 @@
-"""Abilities: what a source or a sink may offer beyond `Source`, `Sink` and `FrameSink`.
+"""Abilities: optional members of a source or a sink beyond `Source`, `Sink` and `FrameSink`.
 
 Each ability is a protocol of one member. A source or sink offers it by having that member, nothing is inherited or registered:
 
     if (source := offered(feed.source, Resumes)) is not None:
         source.resume(position)
 
-A member that is None is not offered. Wrappers pass on the abilities of what they wrap (`__getattr__`).
+A member that is None is not offered. Wrappers pass on the abilities of their inner source or sink (`__getattr__`).
 """
 
 from collections.abc import Callable, Sequence
@@ -28,11 +28,11 @@ class Explains(Protocol):
     """A source that knows why no frames come."""
 
     def explain(self) -> str:
-        """Return one line: what is bound, what arrived, what to try."""
+        """Return one line: the bound address, the arrivals, a remedy."""
 
 
 class Counts(Protocol):
-    """A source that counts what it receives."""
+    """A source that counts received messages."""
 
     counters: msgspec.Struct  # as `live.Counters`; whole numbers go into the stats
 
@@ -45,10 +45,10 @@ class Resumes(Protocol):
 
 
 class SkipsWaiting(Protocol):
-    """A live source that can discard what arrived before the program was ready."""
+    """A live source that can discard messages from before the program was ready."""
 
     def skip_waiting(self) -> None:
-        """Have `items` begin with what arrives from now on; called before it."""
+        """Discard all messages before now; called before `items`."""
 
 
 class Dates(Protocol):
@@ -123,7 +123,7 @@ class Prompt(Protocol):
 
 
 class Drops(Protocol):
-    """A sink that drops what a slow receiver cannot take."""
+    """A sink that drops events for a slow receiver."""
 
     dropped: int  # so far
 

@@ -22,7 +22,7 @@ class Address(msgspec.Struct, frozen=True):
         host: Host name or IP number without brackets; empty if none was given.
         port: None if none was given.
         path: Path of a file or of an `ipc:` socket.
-        options: What follows the question mark.
+        options: The part after the question mark.
     """
 
     url: str
@@ -40,7 +40,7 @@ class Address(msgspec.Struct, frozen=True):
         """Check the names of the options.
 
         Args:
-            legal: Name of each legal option with what it means.
+            legal: Name of each legal option with its meaning.
 
         Raises:
             SettingsError: If there is another one; names the legal ones.
@@ -131,7 +131,7 @@ def parse_url(url: str) -> Address:
 def readable(name: str) -> str:
     r"""Return a file name or URL as it may stand in messages, events and snapshots.
 
-    File names of Linux are bytes: what is no UTF-8, or moves the cursor of a terminal, is replaced.
+    File names of Linux are bytes: those that are no UTF-8, or move the cursor of a terminal, are replaced.
 
     Example:
         >>> ascii(readable("walk\udcff\x1b[2J.bvh"))

@@ -22,7 +22,7 @@ def needed(library: str, extra: str, what: str) -> None:
     Args:
         library: Import name.
         extra: Extra of the distribution that brings it.
-        what: What needs it, for the message.
+        what: The feature that needs it, for the message.
 
     Raises:
         MossarError: If it is not installed.
@@ -34,7 +34,7 @@ def needed(library: str, extra: str, what: str) -> None:
 def install_line(extra: str) -> str:
     """Return the command that installs an extra, with the program that installed mossar-stream.
 
-    `pip install 'mossar-stream[web]'` adds what is missing to the version that is there, from wherever that came. Where
+    `pip install 'mossar-stream[web]'` adds the missing packages to the installed version, from wherever that came. Where
     nothing was installed, as with PYTHONPATH, it is the folder of the project that is installed.
     """
     quote = '"' if os.name == "nt" else "'"

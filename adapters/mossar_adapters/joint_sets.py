@@ -255,7 +255,7 @@ def _centre(names: Sequence[str], plain: Sequence[str]) -> int:
 
 
 def printable_names(skeleton: Skeleton) -> Skeleton:
-    r"""Return a skeleton without names that do something to a terminal: what is not printable becomes `_`.
+    r"""Return a skeleton without names that do something to a terminal: a character that is not printable becomes `_`.
 
     Names come from files and from the network, and are shown to people.
 

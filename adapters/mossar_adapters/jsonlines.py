@@ -75,7 +75,7 @@ class JsonLinesSource:
             raise MossarError(f"{self.name}: there is no frame in it{self.decoder.problem}")
 
     def explain(self) -> str:
-        """Return one line that says what came."""
+        """Return one line about the arrivals."""
         counters = self.counters
         text = f"{self.name}: {counters.received} lines came"
         if counters.malformed:
@@ -143,7 +143,7 @@ class JsonLinesSink:
         """Write events.
 
         Raises:
-            OutputClosedError: If nobody reads any more.
+            OutputClosedError: If the reader is gone.
         """
         self._output.write(event_to_json(event) for event in events)
 
@@ -156,7 +156,7 @@ class JsonLinesSink:
         self._output.sync()
 
     def close(self) -> None:
-        """Write what is left. May be called twice."""
+        """Write the rest. May be called twice."""
         self._output.close()
 
 
@@ -181,7 +181,7 @@ class JsonLinesFrameSink:
         """Write a meta.
 
         Raises:
-            OutputClosedError: If nobody reads any more.
+            OutputClosedError: If the reader is gone.
         """
         self._output.write([to_json(map_of_meta(meta))])
 
@@ -189,14 +189,14 @@ class JsonLinesFrameSink:
         """Write frames.
 
         Raises:
-            OutputClosedError: If nobody reads any more.
+            OutputClosedError: If the reader is gone.
         """
         count = self._counts.get(frames.performer, 0)
         self._output.write(to_json(found) for found in maps_of_frames(frames, count))
         self._counts[frames.performer] = count + len(frames)
 
     def close(self) -> None:
-        """Write what is left. May be called twice."""
+        """Write the rest. May be called twice."""
         self._output.close()
 
 

@@ -1,4 +1,4 @@
-"""What live sources share: counters, what they discard at the start, and a listener."""
+"""Shared parts of live sources: counters, the discarded start, and a listener."""
 
 import logging
 from collections import deque
@@ -23,7 +23,7 @@ class Counters(msgspec.Struct):
     Args:
         received: Datagrams (OSC) or messages (ZeroMQ, LSL, standard input).
         malformed: Those, or parts of those, that could not be used.
-        kernel_drops: Datagrams that the operating system dropped because nobody read them in time.
+        kernel_drops: Datagrams that the operating system dropped because they were not read in time.
         ignored: Messages that no profile wanted, or whose sender is not allowed.
         gaps: Frames that the sender numbered but that never came.
         retimed: Frames with another time than the sender's, because its clock does not run, or not in seconds.
@@ -67,7 +67,7 @@ class Skipped:
         self._span: tuple[float, float] | None = None  # times of the first and the last one, s
 
     def add(self, found: Sequence[Meta | Frames | Departure]) -> None:
-        """Keep what is no frame, and count the frames."""
+        """Keep all items but frames, and count the frames."""
         for item in found:
             if isinstance(item, Frames):
                 self._frames += len(item)

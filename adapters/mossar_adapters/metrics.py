@@ -57,7 +57,7 @@ class Metrics:
         self.url = f"http://{host}:{self._server.server_port}/metrics"
 
     def collect(self) -> "Iterator[Metric]":
-        """Yield what is counted now; called for every request, in its thread."""
+        """Yield the present counters; called for every request, in its thread."""
         from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
 
         pipeline = self._pipeline

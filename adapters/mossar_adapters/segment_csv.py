@@ -125,7 +125,7 @@ def stretch_row(
         performer: The same.
         take: Number.
         ends: Begin and end, s on the source's clock.
-        state: What it is.
+        state: Its kind.
         channel: `body` or a limb.
         frames: First and last frame, if they are known.
         times: (n,) s, of the recording's frames, from which the frames follow.
@@ -197,7 +197,7 @@ def _cell(value: object) -> object:
 
 
 class SegmentCsvSink:
-    """Writes what is final of segments, repetitions, moves and performances; implements `Sink`.
+    """Writes final segments, repetitions, moves and performances; implements `Sink`.
 
     The strength is that of the key frame at the segment's end. A repetition waits until no later look can change it: for
     `SETTLED` more, or for the end of its take. Those that wait are not part of a snapshot.

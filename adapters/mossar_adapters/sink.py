@@ -1,4 +1,4 @@
-"""What every consumer of events, or of replayed frames, looks like to the pipeline."""
+"""The protocols of consumers of events, or of replayed frames."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -8,11 +8,11 @@ from mossar_stream import Event, Frames
 
 
 class Sink(Protocol):
-    """Takes events. Never blocks for long: what a slow receiver cannot take is dropped and counted.
+    """Takes events. Never blocks for long: events for a slow receiver are dropped and counted.
 
     Its methods are called one at a time, and but for those that say `prompt = True` from one thread. A prompt sink
-    never blocks, so events go to it without a detour through a thread of its own. `abilities.py` has what a sink may
-    offer besides.
+    never blocks, so events go to it without a detour through a thread of its own. `abilities.py` lists
+    the optional members of a sink.
     """
 
     name: str  # the URL or path, for messages
@@ -29,11 +29,11 @@ class Sink(Protocol):
         """Hand events over, in order; now and then without any, to look after receivers that join in quiet times."""
 
     def close(self) -> None:
-        """Flush and release what is held. May be called twice."""
+        """Flush and release all resources. May be called twice."""
 
 
 class FrameSink(Protocol):
-    """Takes frames: what `mossar replay` and `mossar record` write to."""
+    """Takes frames of `mossar replay` and `mossar record`."""
 
     name: str
 
@@ -44,4 +44,4 @@ class FrameSink(Protocol):
         """Hand frames over, in order."""
 
     def close(self) -> None:
-        """Flush and release what is held. May be called twice."""
+        """Flush and release all resources. May be called twice."""

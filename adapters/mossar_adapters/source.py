@@ -1,4 +1,4 @@
-"""What every source of frames looks like to the pipeline."""
+"""The protocols of sources of frames."""
 
 import warnings
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ class Meta(msgspec.Struct, frozen=True):
         performer: Name of the performer.
         skeleton: Joints in the order of the frames that follow.
         fps: Nominal rate in Hz if the source knows it.
-        unit: What one unit of the original was taken for, if it had to be guessed; for the user to read.
+        unit: The guessed unit of the original, for the user to read.
         recording: Path or URL of the recording; empty for live sources.
         settings: Of the segmentation, as plain values; the pipeline adds them for sinks of events.
         run: The run of the program; the pipeline adds it for sinks of events.
@@ -40,7 +40,7 @@ class Departure(msgspec.Struct, frozen=True):
 
     Args:
         performer: Name of the performer.
-        reason: What the `ended` event says.
+        reason: The reason of the `ended` event.
     """
 
     performer: str
@@ -89,11 +89,11 @@ class Recording(msgspec.Struct, frozen=True):
         skeleton: Joints in the order of the frames.
         fps: Nominal rate in Hz, None if the file only has times.
         chunks: Called for a fresh pass over the frames, from the first one.
-        notes: What the user should know, one line each (the unit that was guessed, rows skipped).
+        notes: Notes for the user, one line each (the unit that was guessed, rows skipped).
         frame_count: Number of frames if known without reading them all.
         performers: Names of the performers if there are several; they share the skeleton.
         up: The axis that the file says points upwards.
-        metres: What one unit of the file was taken for, m.
+        metres: One unit of the file, m.
         reference: Joints that are no part of the body, as in `Meta`.
     """
 

@@ -1,4 +1,4 @@
-"""Spans: when what an event reports began and ended."""
+"""Spans: begin and end of the stretch that an event reports."""
 
 from mossar_stream import FollowEvent, MoveEvent, PoseEvent, RepetitionEvent
 

@@ -12,12 +12,12 @@ _LARGEST = 1 << 63  # what TOML asks every reader for; beyond, numbers cannot ev
 
 
 def read_toml(path: Path, kind: str, error: type[MossarError]) -> dict[str, Any]:
-    """Return what is in a file.
+    """Return the content of a file.
 
     Args:
         path: The file.
         kind: What it ought to be, for messages.
-        error: What to raise; one line says what is wrong.
+        error: The exception to raise, with one line about the problem.
     """
     try:
         check_regular(path)

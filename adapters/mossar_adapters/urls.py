@@ -30,7 +30,7 @@ _DESCRIBED_BY_SENDERS = frozenset(
 
 
 class OpenOptions(msgspec.Struct, frozen=True):
-    """What the program says beyond the URL.
+    """Options of the program beyond the URL.
 
     Args:
         options: How to read; the URL's own options are merged in.
@@ -55,7 +55,7 @@ class Scheme(msgspec.Struct, frozen=True):
     """One row of the table.
 
     Args:
-        names: What stands before the colon.
+        names: The schemes, before the colon.
         form: How such a URL looks, for the user.
         description: One line for `mossar adapters`.
         source: Opens a source, or None.
@@ -75,7 +75,7 @@ class Scheme(msgspec.Struct, frozen=True):
     library: str | None = None
 
     def available(self) -> bool:
-        """Return whether what it needs is installed."""
+        """Return whether its extra is installed."""
         return self.library is None or installed(self.library)
 
 
@@ -93,7 +93,7 @@ def open_source(
 
     Args:
         url: See the table; a path is a recording, `-` standard input.
-        options: What the user says about it; options in the URL take precedence.
+        options: The user's options for it; options in the URL take precedence.
         speed: Pace of recordings and of `demo:`; 1 is real time.
         listener: Receives control messages (OSC).
         loop: Whether to play a recording again and again.
@@ -101,7 +101,7 @@ def open_source(
         remember: How long an absent person keeps its slot, s.
 
     Raises:
-        MossarError: If it cannot be opened; one line says why and what to do.
+        MossarError: If it cannot be opened; one line has the reason and the remedy.
     """
     address, opened = _opened(url, "source")
     given = _merged(options or ReadOptions(), address)
@@ -128,7 +128,7 @@ def open_sink(url: str, *, force: bool = False, position: int | None = None) -> 
         position: Byte at which to go on with a file, instead of replacing it.
 
     Raises:
-        MossarError: If it cannot be opened; one line says why and what to do.
+        MossarError: If it cannot be opened; one line has the reason and the remedy.
     """
     address, opened = _opened(url, "sink")
     sink: Sink = opened(address, OpenOptions(force=force, position=position))
@@ -147,7 +147,7 @@ def open_frame_sink(url: str, *, force: bool = False, position: int | None = Non
         The sink. With `?profile=vmc` it also has `announce_motion` and `send_motion` for rotations.
 
     Raises:
-        MossarError: If it cannot be opened; one line says why and what to do.
+        MossarError: If it cannot be opened; one line has the reason and the remedy.
     """
     address, opened = _opened(url, "frame_sink")
     sink: FrameSink = opened(address, OpenOptions(force=force, position=position))

@@ -67,7 +67,7 @@ class WebSocketSink:
             self.dropped += 1
 
     def close(self) -> None:
-        """Give clients a moment to take what is left, and release the port. May be called twice."""
+        """Give clients a moment to take the rest, and release the port. May be called twice."""
         self._server.close()
 
     def _emptied(self) -> list[Awaitable[None]]:

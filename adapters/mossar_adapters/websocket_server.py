@@ -96,7 +96,7 @@ class WebSocketServer:
         return True
 
     def close(self) -> None:
-        """Give clients a moment to take what is left, and release the port. May be called twice."""
+        """Give clients a moment to take the rest, and release the port. May be called twice."""
         self.call(self._stop.set)
         self._thread.join(2 * _CLOSE + _DRAIN)
 

@@ -45,7 +45,7 @@ class Message(NamedTuple):
 
 
 class WebSocketCounters(Counters):
-    """What came in; see `Counters`.
+    """The received messages; see `Counters`.
 
     Args:
         late: Messages dropped because they were not read in time.
@@ -97,7 +97,7 @@ class WebSocketSource:
         yield from self._intake.batch.take(math.inf)
 
     def explain(self) -> str:
-        """Return one line that says where it listens and what came."""
+        """Return one line: the bound address, and the arrivals."""
         counters = self.counters
         text = f"{self.name}: listening at port {self.port}; {self._server.clients} connected"
         if not self._connected:

@@ -1,7 +1,7 @@
 """Angles of joints in degrees, and how far they go in each repetition.
 
 Where joint centres are known by name, angles follow the terms of the International Society of Biomechanics, simplified to
-what positions without orientations can say:
+angles that follow from positions without orientations:
 
     knee flexion        0 straight; between the thigh and the shank's continuation of it
     elbow flexion       0 straight; the same of upper arm and forearm
@@ -43,7 +43,7 @@ class RangeOfMotion(msgspec.Struct, frozen=True):
     """How far an angle goes in one repetition.
 
     Args:
-        channel: What repeats, as of `RepetitionEvent`.
+        channel: The repeating part, as in `RepetitionEvent`.
         count: Of the repetition in its bout.
         start: Of the repetition, s.
         end: s.
@@ -186,7 +186,7 @@ def _is_known(curve: NDArray[np.float64]) -> bool:
 def _phases(
     curve: NDArray[np.float64], times: NDArray[np.float64]
 ) -> tuple[float | None, float | None, float | None]:
-    """Return how long the way out, the hold and the way back take, s; None of what the repetition does not have."""
+    """Return how long the way out, the hold and the way back take, s; None for a part that the repetition lacks."""
     known = np.isfinite(curve)
     value, moments = curve[known], times[known]
     share = (value - value.min()) / (value.max() - value.min())

@@ -2,7 +2,7 @@
 
 On x86-64 the core is compiled twice, and the wider one is taken where the processor runs it. `MOSSAR_CORE=baseline` or
 `MOSSAR_CORE=x86_64_v3` takes that one. A core that is missing, or older than the sources beside it, is an ImportError: Python
-code that stands in for it would give the same events, some hundred times slower, and nobody would know.
+code that stands in for it would give the same events, some hundred times slower, without a message.
 """
 
 import os
@@ -53,7 +53,7 @@ def _loaded(variant: str) -> ModuleType:
 
 
 def _changed(built_from: str) -> str | None:
-    """Return a source that is not what the core was compiled from; wheels hold no sources.
+    """Return a source that differs from the one that the core was compiled from; wheels hold no sources.
 
     The contents are compared, since a checkout sets the time of each file anew: some 400 kB, in less than a millisecond.
     """

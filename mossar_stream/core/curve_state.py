@@ -23,7 +23,7 @@ class CurveState(msgspec.Struct, frozen=True):
         ceiling: Ceiling of Algorithm 1.
         floor: Floor of Algorithm 1.
         threshold: θ.
-        scale: What 1 is, m of path over the window summed over the joints; 1 with a fixed range.
+        scale: Path of a velocity of 1, m over the window summed over the joints; 1 with a fixed range.
         moving: Whether this is a moving period.
         pace: Tempo factor that merge costs were divided by when key frames were ranked last.
         own_time: The performer's own time τ, s, in which the extent of the movements is covered at the usual speed; None

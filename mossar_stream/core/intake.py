@@ -1,4 +1,4 @@
-"""Intake: what people push, brought into the one form that the core takes."""
+"""Intake: pushed frames in the one form that the core takes."""
 
 import warnings
 from typing import Any
@@ -21,7 +21,7 @@ def checked(
     confidence: ArrayLike | None,
     first_frame: int | None,
 ) -> tuple[NDArray[Any], NDArray[np.float64]]:
-    """Return what was pushed as (n, J, 3) m, in single or double precision, and (n,) s; see `Segmenter.push`."""
+    """Return pushed frames as (n, J, 3) m, in single or double precision, and (n,) s; see `Segmenter.push`."""
     joints = len(row.plan.skeleton)
     chunk = given_positions(positions)
     shape = chunk.shape

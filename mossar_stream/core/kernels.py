@@ -1,4 +1,4 @@
-"""What the chosen core offers; `kernels.pyi` has the signatures."""
+"""Functions of the chosen core; `kernels.pyi` has the signatures."""
 
 from mossar_stream.core.choosing import chosen_core
 

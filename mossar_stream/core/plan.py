@@ -1,4 +1,4 @@
-"""Plan: what a performer needs, as follows from skeleton, settings and rate."""
+"""Plan: the sizes and constants of a performer, by skeleton, settings and rate."""
 
 import math
 from functools import cached_property, lru_cache
@@ -62,12 +62,12 @@ class Plan:
         offline: Whether every key frame is kept until the take ends.
         window: Key frames there is room for, if not the setting.
         room: Undecided key frames whose segments there are slots for; None for as many as a row begins with.
-        history: Poses kept, if not what the settings call for.
+        history: Poses kept, if not as many as the settings call for.
         bouts: Bouts of movement kept, if not those of a stream.
 
     Attributes:
         params: (1,) Measure, parameters of the similarity.
-        record: (1,) Plan, what the compiled core knows of the plan.
+        record: (1,) Plan, the plan as the compiled core reads it.
         joint_names: Of the skeleton.
         reports_repetitions: Whether events of repetitions are wanted.
         sizes: Places in the velocity ring, room, and key frames there is room for at most: those a row may outgrow.
@@ -147,7 +147,7 @@ class Plan:
 
     @property
     def _labels_late(self) -> bool:
-        """Whether labels wait for what is counted: in recordings, and in streams that decide as late."""
+        """Whether labels wait for counted repetitions: in recordings, and in streams that decide as late."""
         chosen = self.settings
         waits = chosen.remerge_seconds > LABELLED_LATE and chosen.remerge_window >= NOTED_LATE
         return self.offline or waits
@@ -172,7 +172,7 @@ class Plan:
         )
 
     def _values(self) -> dict[str, float]:
-        """Return what PLAN holds, but for sizes that follow from others."""
+        """Return the values of PLAN, but for sizes that follow from others."""
         chosen, traits = self.settings, self.traits
         joints, features, is_body = len(self.skeleton), traits.has_features, self.channel == BODY
         moving = max(1, joints - 1 if self.center >= 0 else joints)
@@ -236,7 +236,7 @@ class Plan:
         return row
 
     def prepare(self, row: NDArray[np.uint8]) -> None:
-        """Set what does not change while frames come in, in a row from outside."""
+        """Set the constants of a row from outside."""
         lay_out(row, self.record)
         self._prepare_counting(row)
 

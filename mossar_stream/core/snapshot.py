@@ -35,7 +35,7 @@ Number = Annotated[int, msgspec.Meta(ge=0, lt=1 << 60)]
 
 
 class Numbers(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What events are numbered on from, also after what reports them was taken away for a while.
+    """Numbers of the last events, also while their reporter is switched off.
 
     Args:
         moves: Of the latest recognised move.
@@ -53,19 +53,19 @@ class Numbers(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is known of what follows the frames besides the segmentation of the body.
+    """State of all readers of the frames, besides the segmentation of the body.
 
     Args:
         moves: As a file of moves has them; None if none are recognised, or they are kept elsewhere.
         digest: Of the moves.
-        recognition: What is remembered of the performer to recognise them; None if none are.
+        recognition: State of their recognition; None without moves.
         repetitions: State of their events, with the setting.
         limbs: A snapshot of each limb, in their order.
-        steps: What is known of the feet; None if steps are not reported.
+        steps: State of the feet; None if steps are not reported.
         follow: Which moves are to be followed.
-        followed: What is known of them; None if none are.
-        poses: What is known of held poses; None if none are recognised.
-        numbers: What events are numbered on from.
+        followed: Their state; None if none are.
+        poses: State of held poses; None if none are recognised.
+        numbers: Numbers of the last events.
     """
 
     moves: bytes | None = None
@@ -80,10 +80,10 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     numbers: Numbers = Numbers()
 
     def give_repetitions(self, channel: Channel) -> None:
-        """Let the body or a limb go on with what was reported of repetitions, if a take is open.
+        """Continue the reported repetitions of the body or a limb, if a take is open.
 
         Raises:
-            SnapshotError: If it does not fit what is counted.
+            SnapshotError: If it does not fit the counted repetitions.
         """
         if not channel.plan.reports_repetitions or not channel.is_open:
             return
@@ -94,7 +94,7 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def reported_of(channel: Channel) -> Reported | None:
-    """Return what was reported of repetitions in the body or a limb; None if nothing is to be."""
+    """Return the reported repetitions of the body or a limb; None if none are reported."""
     return Reported(*channel.reported) if channel.plan.reports_repetitions else None
 
 
@@ -127,7 +127,7 @@ def pack_snapshot(
         level: As it is now.
         pending: Events that have not been handed out.
         row: Bytes of the performer.
-        following: What is known of moves, repetitions and limbs.
+        following: State of moves, repetitions and limbs.
     """
     content = _Content(
         plan.user_settings,
@@ -147,7 +147,7 @@ def pack_snapshot(
 def unpack_snapshot(
     blob: bytes, moves: Moves | None = None, channel: str = BODY, *, with_moves: bool = True
 ) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], Recognition | None, Following]:
-    """Return plan, performer, level, pending events, row, recognition and what else follows of a snapshot.
+    """Return plan, performer, level, pending events, row, recognition and the other readers of a snapshot.
 
     Args:
         blob: The snapshot.
@@ -219,7 +219,7 @@ def _recognition(content: _Content, performer: str, moves: Moves | None) -> Reco
 def restored_following(
     known: Following, recognition: Recognition | None, follow: Follow | None, plan: Plan, performer: str
 ) -> tuple[Follow, Alignment | None]:
-    """Return which moves are followed, and what follows them on from a snapshot.
+    """Return the followed moves of a snapshot, and their alignment.
 
     Args:
         known: Of `unpack_snapshot`.

@@ -1,4 +1,4 @@
-"""One example of a move: what the player showed, from its onset to its offset."""
+"""One example of a move, from its onset to its offset."""
 
 from typing import Annotated, Any
 
@@ -80,7 +80,7 @@ def check_name(name: str) -> str:
     """Return a move's name if it is one.
 
     Raises:
-        MovesError: If it is no text, empty, too long, or has what cannot be printed.
+        MovesError: If it is no text, empty, too long, or not printable.
     """
     if not isinstance(name, str):
         raise MovesError(f"a move's name is text, not {type(name).__name__}")
@@ -107,7 +107,7 @@ def make_example(
         fps: Rate, Hz.
         joints: J.
         root: Joint that the others are taken relative to; -1 for the mean of all.
-        movement: First and last frame of the movement, pauses included; None for what lies around the peak of speed,
+        movement: First and last frame of the movement, pauses included; None for the part around the peak of speed,
             up to the next pauses.
 
     Raises:

@@ -90,7 +90,7 @@ def _limb(skeleton: Skeleton, name: str, members: tuple[int, ...]) -> Limb:
 
 
 def _hangs_on(skeleton: Skeleton, members: tuple[int, ...]) -> int:
-    """Return the joint that a limb hangs on: the body's centre, a shoulder or a hip in it, else what its top hangs on."""
+    """Return the joint that a limb hangs on: the body's centre, a shoulder or a hip in it, else the joint above its top."""
     if skeleton.root in members:
         return skeleton.root
     known = known_joints(skeleton)

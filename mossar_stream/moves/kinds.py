@@ -1,4 +1,4 @@
-"""Kinds: which examples show the same move, where nobody has named them.
+"""Kinds: groups of unnamed examples that show the same move.
 
 The recogniser's cost is computed for all pairs. Examples are joined by average linkage until the mean logarithm of the
 cost between two groups is above `KINDS_APART`.
@@ -43,7 +43,7 @@ def described(skeleton: Skeleton, examples: Sequence[Example], facing: Facing) -
 def costs_of(
     skeleton: Skeleton, store: NDArray[np.uint8], movement: Example
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return what it costs to take a movement for each example of a store, and how alike the mean postures are (cosine).
+    """Return the cost of a movement against each example of a store, and how alike the mean postures are (cosine).
 
     Args:
         skeleton: Of the examples and of the movement.

@@ -20,7 +20,7 @@ from mossar_stream.skeleton import Skeleton
 
 
 class Moves:
-    """Named moves, each with one or more examples; what a segmenter recognises in a stream.
+    """Named moves, each with one or more examples, for a segmenter to recognise.
 
     Examples of one joint set serve streams of another that has the same joints. Several segmenters may share one
     `Moves`; each sees the examples that there were when it was built.
@@ -72,7 +72,7 @@ class Moves:
     def facing(self) -> Facing:
         """Whether moves are recognised from any side ("any") or only as they were shown ("as_shown").
 
-        "any" compares what the body does relative to the facing of its hips and shoulders; y is up. Without joints called
+        "any" compares the movement relative to the facing of its hips and shoulders; y is up. Without joints called
         hips, moves are recognised as they were shown.
         """
         return self._facing
@@ -102,11 +102,11 @@ class Moves:
         again: float | None = None,
         mirrored: bool | None = None,
     ) -> None:
-        """Change how a move is recognised; what is None stays as it is.
+        """Change the rule of a move; None keeps a value.
 
         Args:
             name: Of a move that was shown, or of a pose, which may be mirrored.
-            strict: From 0 (whatever is nearest) to 1 (only what is almost the same); 0.5 where nothing is said.
+            strict: From 0 (whatever is nearest) to 1 (only almost the same movement); 0.5 by default.
             again: s after the move was confirmed during which it is not confirmed again; 0 where nothing is said.
             mirrored: Whether the mirror image is recognised and followed, too; under the other side's name if the name has a side.
 
@@ -141,7 +141,7 @@ class Moves:
     def add(
         self, name: str, positions: ArrayLike, fps: float, movement: tuple[int, int] | None = None
     ) -> None:
-        """Add an example; it is recognised by what lies between its onset and its offset, and followed as a whole.
+        """Add an example; it is recognised by the part between its onset and its offset, and followed as a whole.
 
         Args:
             name: Of the move; 1 to 64 printable characters.
@@ -167,8 +167,8 @@ class Moves:
 
         Args:
             name: Of the pose; 1 to 64 printable characters, not that of a move.
-            positions: (J, 3), metres: the pose; or (n, J, 3): what was shown, of which the last part at rest is the pose.
-            fps: Frames per second of what was shown, Hz.
+            positions: (J, 3), metres: the pose; or (n, J, 3): frames, whose last part at rest is the pose.
+            fps: Rate of these frames, Hz.
             hold: s after which the pose counts as held; the last one of a name is in force.
 
         Raises:
@@ -186,7 +186,7 @@ class Moves:
         """Return a name that a move may have.
 
         Raises:
-            MovesError: If it is empty, too long, or has what cannot be printed.
+            MovesError: If it is empty, too long, or not printable.
         """
         return check_name(name)
 
@@ -255,7 +255,7 @@ class Moves:
         )
 
     def costs(self, positions: ArrayLike, fps: float) -> NDArray[np.float64]:
-        """Return what it costs to take one movement for each of the examples: what was it? The least says it.
+        """Return the cost of one movement against each of the examples; the least one names it.
 
         Args:
             positions: (n, J, 3), metres: one performance; it is cut at its onset and its offset.
@@ -273,7 +273,7 @@ class Moves:
         return self._compared(make_example("movement", positions, fps, len(skeleton), skeleton.root))[0]
 
     def oddity(self, place: int) -> Oddity | None:
-        """Return what an example has unlike the others of its name: duration, posture or the movement itself.
+        """Return how an example differs from the others of its name: duration, posture or the movement itself.
 
         Args:
             place: Of the example, in the order of `examples`.
@@ -370,7 +370,7 @@ class Moves:
 
 
 def copy_of(moves: Moves) -> Moves:
-    """Return moves of one's own, to which nobody else adds.
+    """Return a copy of moves, which later additions do not change.
 
     Raises:
         TypeError: If they are something else, such as the name of a file.

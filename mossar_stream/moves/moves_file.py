@@ -32,14 +32,14 @@ MAX_BYTES = 128 << 20
 
 
 class _Kind(msgspec.Struct, frozen=True):
-    """What is looked at first."""
+    """The part that is read first."""
 
     format: Literal["mossar-moves"]
     version: Annotated[int, msgspec.Meta(ge=1)]
 
 
 class Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a file of moves holds."""
+    """The content of a file of moves."""
 
     format: Literal["mossar-moves"]
     version: Literal[1, 2, 3]
@@ -70,7 +70,7 @@ def write_moves(
 
 
 def read_moves(text: bytes) -> Content:
-    """Return what a text holds.
+    """Return the moves of a text.
 
     Raises:
         MovesError: If it is not of that form, of a newer version, or too large.

@@ -18,10 +18,10 @@ MOST_COST = 1.0  # of taking an example for the nearest other
 
 
 class Oddity(msgspec.Struct, frozen=True):
-    """What an example has unlike the others of its name.
+    """How an example differs from the others of its name.
 
     Args:
-        differences: In what; never empty.
+        differences: In which respects; never empty.
         seconds: Of the example's movement.
         others: s, median of the others.
         posture: Cosine between its mean posture and that of the nearest other.
@@ -40,7 +40,7 @@ class Oddity(msgspec.Struct, frozen=True):
 def oddity_of(
     seconds: float, others: np.ndarray, postures: np.ndarray, costs: np.ndarray, nearest: tuple[str, float]
 ) -> Oddity | None:
-    """Return what an example has unlike the others of its name; None if nothing.
+    """Return how an example differs from the others of its name; None if it does not.
 
     Args:
         seconds: Of the example's movement.

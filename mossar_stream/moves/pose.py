@@ -1,4 +1,4 @@
-"""One pose that is held: where the joints are, averaged over the last part at rest of what was shown."""
+"""One pose that is held: where the joints are, averaged over the last part at rest of the frames."""
 
 from typing import Annotated, Any
 

@@ -1,4 +1,4 @@
-"""The recogniser as Python sees it: what a performer's memory holds. The kernels are in `recogniser.pxi`."""
+"""The recogniser as Python sees it: the memory of a performer. The kernels are in `recogniser.pxi`."""
 
 from typing import Any
 

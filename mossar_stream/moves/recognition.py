@@ -19,7 +19,7 @@ from mossar_stream.skeleton import Skeleton
 
 
 class Recognition(MoveReader):
-    """What recognises the moves of one performer.
+    """The recognition of the moves of one performer.
 
     Args:
         moves: Those to recognise, as they are now.
@@ -56,13 +56,13 @@ class Recognition(MoveReader):
 
     @cached_property
     def digest(self) -> bytes:
-        """What tells these moves from others."""
+        """A digest of these moves."""
         return hashlib.sha256(self.moves_text).digest()
 
     def follow_on(self, before: "Recognition | None") -> "Recognition":
         """Go on where another recognition of the same performer was, with other moves; return this one.
 
-        What is known of the movement stays if the examples have the same joints, and a
+        The state of the movement stays if the examples have the same joints, and a
         move that is not final yet if it is still among them.
         """
         if before is None:
@@ -96,7 +96,7 @@ class Recognition(MoveReader):
         self._state["found"]["number"] = number
 
     def to_bytes(self) -> bytes:
-        """Return what is remembered of the performer, for a snapshot."""
+        """Return the state of the performer, for a snapshot."""
         return self.state.tobytes()
 
     def go_on_from(self, content: bytes) -> None:

@@ -1,4 +1,4 @@
-"""Rules: what a file of moves says of each move besides its examples, and of the way that performers face."""
+"""Rules: settings of each move in a file of moves, and the way that performers face."""
 
 from typing import Annotated, Any, Literal
 
@@ -15,7 +15,7 @@ class MoveRule(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     """How one move is recognised.
 
     Args:
-        strict: From 0 (whatever is nearest) to 1 (only what is almost the same).
+        strict: From 0 (whatever is nearest) to 1 (only almost the same movement).
         again: s after the move was confirmed during which it is not confirmed again.
         mirrored: Whether the mirror image is the move as well. A name with "left" or "right" in it is that of the side
             that was shown; the mirror image then has the name of the other side.
@@ -32,7 +32,7 @@ USUAL, MIRRORED = MoveRule(), MoveRule(mirrored=True)  # a pose has one of these
 def changed_rule(
     rule: MoveRule, strict: float | None, again: float | None, mirrored: bool | None
 ) -> MoveRule:
-    """Return a rule with other values; what is None stays.
+    """Return a rule with other values; None keeps a value.
 
     Raises:
         MovesError: If a value is out of range or of the wrong kind.

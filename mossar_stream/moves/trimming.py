@@ -28,7 +28,7 @@ LEAST_LEFT = 0.4  # s of a movement
 
 
 def part_to_follow(poses: NDArray[np.float64], fps: float) -> tuple[int, int]:
-    """Return the first and the last frame of what is followed.
+    """Return the first and the last frame of the followed part.
 
     Args:
         poses: (n, D) m, smoothed, relative to the centre.

@@ -16,12 +16,12 @@ from mossar_stream.skeleton import Skeleton
 
 
 def holding_of(moves: Moves, skeleton: Skeleton, up: Up, performer: str) -> "Holding | None":
-    """Return what recognises the poses among moves; None if there are none; see `Holding`."""
+    """Return the `Holding` of the poses among moves; None if there are none."""
     return Holding(moves, skeleton, up, performer) if moves.poses else None
 
 
 class Holding(PoseReader):
-    """What recognises the poses that one performer holds; all its memory has a fixed size.
+    """The recognition of the poses that one performer holds; all its memory has a fixed size.
 
     Args:
         moves: Whose poses there are.
@@ -65,7 +65,7 @@ class Holding(PoseReader):
         self._state["number"] = number
 
     def to_bytes(self) -> bytes:
-        """Return what is known of the performer, for a snapshot."""
+        """Return the state of the performer, for a snapshot."""
         self._state["happened"] = POSE_UNCHANGED
         return self.state.tobytes()
 

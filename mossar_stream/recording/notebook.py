@@ -1,6 +1,6 @@
 """Notebook: results as people look at them, as a summary, a table, a picture or a DataFrame.
 
-Results are known by their fields alone, since their classes are made of what is here.
+Results are known by their fields alone, since their classes use this module.
 pandas and matplotlib are used where they are installed; nothing else in the package knows of them.
 """
 
@@ -89,7 +89,7 @@ def _library(name: str, extra: str, what: str) -> Any:
     Args:
         name: Of the module.
         extra: Extra of the distribution that brings it.
-        what: What needs it.
+        what: The name of the feature that needs it.
 
     Raises:
         ImportError: If it is not installed.
@@ -104,7 +104,7 @@ def plot(result: Any, segmentation: Any, axes: Any) -> Any:
     """Draw the segments of a level and all key frames, with the velocity curve where it was kept.
 
     Args:
-        result: What was found.
+        result: The result.
         segmentation: The level to show.
         axes: Of matplotlib; a new figure's if None.
 

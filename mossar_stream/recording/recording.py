@@ -140,7 +140,7 @@ class Segmentation(msgspec.Struct, frozen=True):
 
 
 class Result:
-    """What `segment_recording` found.
+    """The result of `segment_recording`.
 
     Attributes:
         settings: The settings used.
@@ -153,7 +153,7 @@ class Result:
         followed: Performances of the moves that are followed that were done; a list with `to_dataframe`.
         poses: The poses that were held or entered, once each, when they were left; a list with `to_dataframe`.
         repetitions: Repetitions of movements, with the setting `repetitions`; a list with `to_dataframe`.
-        limbs: What was found in each limb, with the setting `limbs`.
+        limbs: The result of each limb, with the setting `limbs`.
         steps: When feet left the ground and came down, with the setting `steps`.
         takes: First and last frame of each take; one for the whole recording unless it was divided.
     """
@@ -264,7 +264,7 @@ class Result:
 
 
 class TakesResult(Result):
-    """What `segment_recording` found in the takes of a recording, one after the other.
+    """The results of `segment_recording` for the takes of a recording, in order.
 
     Args:
         parts: Of each take, in order of time; at least one.
@@ -339,7 +339,7 @@ def segment_recording(
     Raises:
         FrameError: If the shapes do not fit, or joints are missing that the moves or the limbs need.
         MovesError: If `follow` has a name that the moves lack.
-        TypeError: If positions are a path or a table; it says what to do.
+        TypeError: If positions are a path or a table; the message has the remedy.
         ValueError: If there are neither times nor a rate.
 
     Example:
@@ -420,7 +420,7 @@ def _segmented(
     analyses: Analyses = (),
     first: tuple[int, int] = (0, 0),
 ) -> Result:
-    """Segment a recording whose arrays fit each other: of the body, or of a limb, with what was counted of the body.
+    """Segment a recording whose arrays fit each other: of the body, or of a limb, with the counted repetitions of the body.
 
     `first` are the number of the take, and of its first frame.
     """
@@ -514,7 +514,7 @@ def _check_times(times: NDArray[np.float64]) -> None:
 def _readers_of(
     skeleton: Skeleton, settings: Settings, moves: Moves | None, followed: Follow
 ) -> list[Reader]:
-    """Return what reads the frames of a recording."""
+    """Return the readers of a recording's frames."""
     readers: list[Reader | None] = [
         Recognition(moves, skeleton, "p1") if moves is not None and moves.names else None,
         alignment_of(followed, moves, skeleton, settings, "p1"),
@@ -533,7 +533,7 @@ def _push_all(
     *,
     curves: bool,
 ) -> tuple[list[CurveState], list[Event]]:
-    """Process all frames, of a limb with what was counted of its body; return the curve, if it is wanted, and the events.
+    """Process all frames, of a limb with the counted repetitions of its body; return the curve, if it is wanted, and the events.
 
     `middles`, (n, 3) or (0, 3) m, are set if there are any.
     """

@@ -1,4 +1,4 @@
-"""Preparing: what of a performer's repetitions follows from the skeleton, and whether state from outside is sound."""
+"""Preparing: constants of repetitions that follow from the skeleton, and the check of state from outside."""
 
 import numpy as np
 
@@ -16,13 +16,13 @@ MOST_SAMPLES = 2**30  # of a take: how far apart two are fits into 32 bits
 
 
 def prepare(header: np.void, skeleton: Skeleton, channel: str) -> None:
-    """Fill in what does not change while frames come in.
+    """Fill in the constants.
 
     Args:
         header: `Counting`.
         skeleton: The performer's joints.
         channel: The body's, or of a limb. The way of the root is part of the body's posture, not of a limb's, and small
-            swings of limbs are not counted: they sway along with what the body does.
+            swings of limbs are not counted: they sway along with the body.
     """
     header["joints"], header["root"] = len(skeleton), max(skeleton.root, 0)
     header["travels"] = int(channel == BODY)

@@ -1,4 +1,4 @@
-"""Reporting: what was reported of counted repetitions; the events are made in out.pxi."""
+"""Reporting: the reported repetitions; out.pxi makes the events."""
 
 import math
 from collections.abc import Iterable
@@ -9,7 +9,7 @@ from mossar_stream.events import Event, RepetitionEvent
 
 
 class Reported(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What was reported so far.
+    """The reports so far.
 
     Args:
         total: Repetitions of the take.

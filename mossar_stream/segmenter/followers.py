@@ -1,4 +1,4 @@
-"""Followers: what follows a performer's frames besides the segmentation of the body. All of it is off by default.
+"""Followers: readers of a performer's frames besides the segmentation of the body. All are off by default.
 
 Limbs have rows of their own; moves, moves that are followed, held poses, and steps are readers; the phase is reported for
 every frame. A segmenter that is to have others gets another record of these: what is known so far stays as it is, so that
@@ -21,13 +21,13 @@ OF_STEPS = ("steps", "feet", "step_sensitivity", "up")  # settings
 
 
 class Followers(NamedTuple):
-    """What follows the frames of one performer, besides limbs.
+    """The readers of one performer's frames, besides limbs.
 
     Attributes:
         recognition: Of moves.
         followed: Which moves are to be followed.
-        alignment: What follows them.
-        holding: What recognises held poses.
+        alignment: Their alignment.
+        holding: The recognition of held poses.
         stepping: Steps.
         kept: What events are numbered on from, of what was taken away in take `kept_take`.
     """
@@ -42,13 +42,13 @@ class Followers(NamedTuple):
 
     @property
     def readers(self) -> tuple[Reader, ...]:
-        """What reads the frames, in the order in which it reports."""
+        """The readers of the frames, in the order of their reports."""
         recognition = self.recognition if self.recognition is not None and self.recognition.names else None
         readers: tuple[Reader | None, ...] = recognition, self.alignment, self.holding, self.stepping
         return tuple(reader for reader in readers if reader is not None)
 
     def numbers(self, take: int, followed: tuple[int, dict[str, int]] | None = None) -> Numbers:
-        """Return what events are numbered on from: of what reports now, otherwise of what reported last in this take.
+        """Return the numbers of the last events: of the present readers, else of the last ones in this take.
 
         Args:
             take: Which.
@@ -70,7 +70,7 @@ class Followers(NamedTuple):
     def recognising(
         self, recognition: Recognition | None, plan: Plan, performer: str, take: int
     ) -> tuple["Followers", list[Event]]:
-        """Return what follows if something else recognises moves, and the events that this brings; nothing here is changed.
+        """Return the readers with another recognition of moves, and the events of the change; nothing here is changed.
 
         Args:
             recognition: From now on; it may be the same.
@@ -94,11 +94,11 @@ class Followers(NamedTuple):
     def following(
         self, followed: Follow, alignment: Alignment | None, take: int
     ) -> tuple["Followers", list[Event]]:
-        """Return what follows if something else follows moves, and the events of what is decided by that.
+        """Return the readers with another alignment, and the events that the change decides.
 
         Args:
             followed: Which moves are to be followed.
-            alignment: What follows them.
+            alignment: Their alignment.
             take: Number of the take.
         """
         events, counted = ([], None) if self.alignment is None else self.alignment.decided(take)
@@ -108,7 +108,7 @@ class Followers(NamedTuple):
         return self._replace(followed=followed, alignment=alignment, kept=numbers, kept_take=take), events
 
     def _stepping(self, plan: Plan, performer: str, take: int | None) -> "Followers":
-        """Return what follows if other settings decide about steps; steps of one take are numbered on."""
+        """Return the readers with other settings of steps; the numbers of one take go on."""
         stepping = stepping_of(plan, performer)
         if take is None:
             return self._replace(stepping=stepping)
@@ -120,7 +120,7 @@ class Followers(NamedTuple):
     def adapted(
         self, plan: Plan, before: Settings, performer: str, take: int | None
     ) -> tuple["Followers", list[Event]]:
-        """Return what follows with other settings, and the events that this brings.
+        """Return the readers with other settings, and the events of the change.
 
         Args:
             plan: Of the body, from now on.
@@ -150,27 +150,27 @@ def followers_of(
     followed: Follow,
     alignment: Alignment | None,
 ) -> Followers:
-    """Return what follows the frames of a performer who has not been seen.
+    """Return the readers of a performer who has not been seen.
 
     Args:
         plan: Of the body.
         performer: Name.
         recognition: Of moves.
         followed: Which moves are to be followed.
-        alignment: What follows them.
+        alignment: Their alignment.
     """
     holding = _holding_of(recognition, plan, performer)
     return Followers(recognition, followed, alignment, holding, stepping_of(plan, performer))
 
 
 def _holding_of(recognition: Recognition | None, plan: Plan, performer: str) -> Holding | None:
-    """Return what recognises the poses among the moves."""
+    """Return the recognition of the poses among the moves."""
     if recognition is None:
         return None
     return holding_of(recognition.moves, plan.skeleton, plan.user_settings.up, performer)
 
 
 def stepping_of(plan: Plan, performer: str) -> Stepping | None:
-    """Return what reports steps, if that is wanted."""
+    """Return the reader of steps, if they are wanted."""
     wanted = plan.user_settings.steps and plan.channel == BODY
     return Stepping(plan.skeleton, plan.user_settings, performer) if wanted else None

@@ -44,7 +44,7 @@ def joints_of_limbs(plan: Plan) -> tuple[tuple[int, ...], ...]:
 
 
 def pack_limb(limb: Channel, level: LevelName | float) -> bytes:
-    """Return what a limb knows."""
+    """Return the state of a limb."""
     return pack_snapshot(
         limb.plan, limb.performer, level, [], limb.memory, Following(repetitions=reported_of(limb))
     )

@@ -59,7 +59,7 @@ class Segmenter:
     Attributes:
         performer: The name.
         joints: How many there are.
-        core: What has all memory, and processes the frames.
+        core: The owner of all memory, which processes the frames.
 
     A segmenter is used by one thread at a time; different ones may run in different threads.
 
@@ -218,14 +218,14 @@ class Segmenter:
 
     @property
     def recognition(self) -> Recognition | None:
-        """What recognises the moves; None if nothing does."""
+        """The recognition of the moves; None if there is none."""
         return self._followers.recognition
 
     @property
     def follow(self) -> Follow:
         """The names of the moves to follow, or True for all.
 
-        Setting them takes effect with the next frame; what is being made then is decided, and the events come with the next
+        Setting them takes effect with the next frame; performances under way are decided, and the events come with the next
         push. Moves that are set later are followed if their names are among these.
 
         Raises:
@@ -240,7 +240,7 @@ class Segmenter:
         at_once([self.core], self.following_moves(chosen, alignment))
 
     def following_moves(self, follow: Follow, alignment: Alignment | None) -> Steps:
-        """Return the steps by which something else follows moves; what is being made is decided."""
+        """Return the steps of a change of the alignment; performances under way are decided."""
         fresh, events = self._followers.following(follow, alignment, self.take)
         return [(self._pending.extend, events), *self._going_on_with(fresh)]
 
@@ -458,7 +458,7 @@ class Segmenter:
         """End the take: decide everything, and let the next push start a new one.
 
         Args:
-            reason: What the `ended` event says.
+            reason: The reason of the `ended` event.
 
         Returns:
             The pending events; nothing more if no take is open.
@@ -485,7 +485,7 @@ class Segmenter:
 
     @property
     def state_bytes(self) -> int:
-        """Bytes of the state, besides what is shared with others."""
+        """Bytes of the state, without shared memory."""
         rows = sum(len(channel.memory) for channel in self.core.channels)
         return rows + sum(len(reader.state) for reader in self._followers.readers)
 
@@ -507,7 +507,7 @@ class Segmenter:
         )
 
     def _known(self, *, with_moves: bool) -> Following:
-        """Return what is known besides the row; see `snapshot`."""
+        """Return the state besides the row; see `snapshot`."""
         of = self._followers
         recognition, alignment, holding = of.recognition, of.alignment, of.holding
         return Following(

@@ -1,4 +1,4 @@
-"""Settings: what users choose, by themselves or by levels and presets."""
+"""Settings: the choices of users, by themselves or by levels and presets."""
 
 from mossar_stream.settings.settings import LEVEL_NAMES as LEVEL_NAMES
 from mossar_stream.settings.settings import SETTING_CHOICES as SETTING_CHOICES

@@ -1,4 +1,4 @@
-"""What is known of a setting, stated once beside its type: `name: Annotated[type, setting(...)]`.
+"""The meta of a setting, stated once beside its type: `name: Annotated[type, setting(...)]`.
 
 Checks, messages, the docstring of `Settings`, `mossar settings` and the JSON Schema read it from there.
 """
@@ -23,8 +23,8 @@ def setting(
     """Return the annotation of a setting.
 
     Args:
-        text: What it is; for the docstring and the schema.
-        effect: What a larger value does, or what the choices mean.
+        text: Its meaning; for the docstring and the schema.
+        effect: The effect of a larger value, or of each choice.
         unit: Of its value; empty where it has none.
         low: Smallest legal number.
         high: Largest legal number.
@@ -37,13 +37,13 @@ def setting(
 
 
 class SettingMeta(msgspec.Struct, frozen=True):
-    """What is known of a setting.
+    """The description of a setting.
 
     Args:
-        text: What it is.
-        effect: What a larger value does, or what the choices mean.
+        text: Its meaning.
+        effect: The effect of a larger value, or of each choice.
         unit: Of its value; empty where it has none.
-        limits: Smallest and largest legal number; None for what is no number.
+        limits: Smallest and largest legal number; None if it is no number.
         choices: Legal words.
         kinds: Types of its values besides words among `choices`; a group of values has none.
         optional: Whether None, the value of the level's bundle, is legal.
@@ -79,7 +79,7 @@ class SettingMeta(msgspec.Struct, frozen=True):
 
     @property
     def rule(self) -> str:
-        """What a value must do, as in `must lie between 1 and 45`."""
+        """The rule of a value, as in `must lie between 1 and 45`."""
         if self.limits is not None and not self.choices:
             low, high = self.limits
             return f"{'be a whole number' if self.is_whole else 'lie'} between {low:g} and {high:g}"
@@ -89,7 +89,7 @@ class SettingMeta(msgspec.Struct, frozen=True):
 
 
 def metas_of(record: type[msgspec.Struct]) -> dict[str, SettingMeta]:
-    """Return what is known of each field of a record."""
+    """Return the description of each field of a record."""
     hints = get_type_hints(record, include_extras=True)
     return {name: _meta_of(hints[name]) for name in record.__struct_fields__}
 

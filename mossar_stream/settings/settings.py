@@ -516,7 +516,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return self.level if isinstance(self.level, str) else "motion"
 
     def bundle_values(self) -> dict[str, object]:
-        """Return what the level's bundle gives to each field that is left to it.
+        """Return the bundle's value of each field that is left to the level.
 
         Five follow another field. `range_floor` is a speed, so it is proportional to `window`. `location` is `none` with the
         path kernel, whose summaries have no sums from which poses could be subtracted. `rate_limit` is 0 with a `fixed`
@@ -584,7 +584,7 @@ SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
 
 
 def settings_or_default(settings: object) -> Settings:
-    """Return what was given as settings, for None the default.
+    """Return the given settings, for None the default.
 
     Raises:
         TypeError: If it is something else.
@@ -625,7 +625,7 @@ NOT_OF_EVIDENCE = (
 
 
 def _check_combination(settings: Settings) -> None:
-    """Refuse what the bundle in force cannot do, with what to add."""
+    """Refuse a combination that the bundle in force cannot do; name the missing setting."""
     if settings.similarity == "evidence" and settings.bundle != "motion":
         raise SettingsError(
             f"similarity=evidence belongs to level motion, not {settings.bundle}; leave one of them out"
@@ -682,7 +682,7 @@ def _override(values: dict[str, object], name: str, value: object) -> None:
 
 
 def _unknown(name: str) -> str:
-    """Return what to say of a setting that there is not, with the one that may be meant."""
+    """Return the message about an unknown setting, with the nearest known one."""
     fields = Settings.__struct_fields__
     near = difflib.get_close_matches(name.lower().replace("-", "_"), fields, 1)
     hint = f" - did you mean {near[0]}?" if near else f"; there are {', '.join(fields)}"
@@ -690,7 +690,7 @@ def _unknown(name: str) -> str:
 
 
 def _explain(message: str, values: Mapping[str, object]) -> str:
-    """Turn msgspec's message into one that names the field, its value and what is legal."""
+    """Turn msgspec's message into one that names the field, its value and the legal ones."""
     path = message.partition(" - at `$.")[2]
     field = path.rstrip("`").partition(".")[0]
     if not field:

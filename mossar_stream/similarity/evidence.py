@@ -46,7 +46,7 @@ def slot_size(params: NDArray[np.void]) -> int:
 
 
 def traits() -> Traits:
-    """Return what frames and key frames must be like."""
+    """Return the requirements on frames and key frames."""
     return Traits(is_filtered=True, is_rms=True, has_features=True)
 
 

@@ -53,7 +53,7 @@ def slot_size(params: NDArray[np.void]) -> int:
 
 
 def traits() -> Traits:
-    """Return what frames and key frames must be like."""
+    """Return the requirements on frames and key frames."""
     return Traits(is_mean=True)
 
 

@@ -1,4 +1,4 @@
-"""The measures there are, as Python knows them: their parameters, and what they ask for.
+"""The measures, as Python knows them: their parameters and requirements.
 
 A measure is a module with
 
@@ -46,7 +46,7 @@ def slot_size(settings: ResolvedSettings, params: NDArray[np.void]) -> int:
 
 
 def traits(settings: ResolvedSettings) -> Traits:
-    """Return what frames and key frames must be like for the measure that the settings name."""
+    """Return the requirements of the measure that the settings name."""
     return MEASURES[settings.similarity].traits()  # type: ignore[no-any-return]
 
 

@@ -1,10 +1,10 @@
-"""What Python knows of summaries (`summary.pxi`): what frames and key frames must be like for them."""
+"""Summaries (`summary.pxi`) in Python: their requirements on frames and key frames."""
 
 from typing import NamedTuple
 
 
 class Traits(NamedTuple):
-    """What frames and key frames must be like for a measure.
+    """The requirements of a measure on frames and key frames.
 
     Args:
         is_filtered: Poses are low-pass filtered, and log speeds are relative to the usual speed.

@@ -14,7 +14,7 @@ def set_sums(sums: NDArray[np.void], start: int, positions: int, speeds: int, ot
         start: Of the sums in a summary.
         positions: How many there are of the positions, padded, or 0.
         speeds: Of the log speeds.
-        others: Of what else the measure adds up.
+        others: Of the other sums.
     """
     sums["start"], sums["dimensions"] = start, positions + speeds + others
     sums["positions"], sums["speeds"] = positions, speeds

@@ -26,7 +26,7 @@ def feet_of(skeleton: Skeleton, named: str = "") -> dict[str, tuple[int, ...]]:
 
     Args:
         skeleton: Of the performer.
-        named: As `parse_feet` takes it; empty for what is known by name.
+        named: As `parse_feet` takes it; empty for joints that are known by name.
 
     Raises:
         FrameError: If a joint is not there, or the feet are not known.

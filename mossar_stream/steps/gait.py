@@ -1,4 +1,4 @@
-"""Gait: steps as a table, and what it says of a walk: cadence, step time, stance and swing, symmetry."""
+"""Gait: steps as a table, and the measures of a walk: cadence, step time, stance and swing, symmetry."""
 
 from collections.abc import Sequence
 
@@ -36,7 +36,7 @@ class Step(msgspec.Struct, frozen=True):
 
 
 class Gait(msgspec.Struct, frozen=True):
-    """What the steps of a recording have in common; None where there are too few.
+    """Medians of the steps of a recording; None where there are too few.
 
     Args:
         steps: How many strikes.
@@ -91,7 +91,7 @@ def step_table(events: Sequence[StepEvent]) -> list[Step]:
 
 
 def gait_of(events: Sequence[StepEvent]) -> Gait:
-    """Return what the steps of a recording have in common."""
+    """Return the medians of the steps of a recording."""
     steps = step_table(events)
     sides = {side: [step for step in steps if step.side == side] for side in SIDES}
     medians: dict[str, dict[Side, float | None]] = {

@@ -68,7 +68,7 @@ FEW = 3  # recordings for which a second process would only cost its start
 
 
 class Segmented(msgspec.Struct, frozen=True):
-    """What came of one recording.
+    """The outcome of one recording.
 
     Args:
         name: The file.
@@ -162,7 +162,7 @@ def _warn_of_dropped_frames(loaded: LoadedRecording, takes: Sequence[tuple[int, 
 def report_of(
     options: Options, loaded: LoadedRecording, result: Result, chosen: Segmentation
 ) -> dict[str, Any]:
-    """Return what `--json` has of a recording."""
+    """Return the `--json` output of a recording."""
     report: dict[str, Any] = {
         "v": 1,
         "recording": loaded.name,
@@ -201,7 +201,7 @@ def report_of(
 def rows_of(
     options: Options, loaded: LoadedRecording, result: Result, chosen: Segmentation
 ) -> list[dict[str, Any]]:
-    """Return what `--csv` has of a recording: segments, those of the body first, then repetitions, then moves."""
+    """Return the rows of `--csv` of a recording: segments, those of the body first, then repetitions, then moves."""
     rows = _rows_of_parts(options, loaded, result, chosen)
     events: list[Spanning] = [*repetitions_of(result), *result.moves, *result.poses, *result.followed]
     rows += [event_row(loaded.name, event, loaded.performer, loaded.times) for event in events]
@@ -212,7 +212,7 @@ def rows_of(
 
 
 def columns_of(options: Options) -> tuple[str, ...]:
-    """Return the heading of what `--csv` has."""
+    """Return the heading of `--csv`."""
     counted: tuple[str, ...] = COUNTED if options.settings().repetitions else ()
     named = () if options.moves is None else NAMED
     counted += BENT if options.angles else ()
@@ -280,7 +280,7 @@ def rows_of_segments(
 
 
 def segment_all(files: Sequence[str], options: Options) -> Iterator[Segmented]:
-    """Yield what came of each recording, in their order."""
+    """Yield the outcome of each recording, in their order."""
     processes = min(os.cpu_count() or 1, len(files) // FEW)
     if processes < 2:
         yield from (_segmented(options, name) for name in files)

@@ -26,24 +26,24 @@ if TYPE_CHECKING:
 
 NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EIO}
 COMMANDS: Final[dict[str, str]] = {
-    "demo": "a built-in performer moves; watch its key frames come",
+    "demo": "show a built-in performer and its key frames",
     "run": "segment live or recorded streams, and send events to programs",
-    "segment": "segment recordings: a table, .csv, .json, a picture",
+    "segment": "segment recordings into a table, .csv, .json or a picture",
     "view": "watch a stream or a recording in a browser",
     "teach": "show moves that are recognised, followed and counted later",
-    "settings": "the value of each setting, its unit, and its effect",
-    "tune": "too many or too few key frames: suitable settings",
-    "evaluate": "accuracy against labelled recordings, or demo:",
-    "agree": "agreement of two people, or of a person and the program, on labels",
-    "archive": "a folder of recordings into Parquet tables, on Ray Data",
-    "bench": "speed, delay and memory on this machine",
+    "settings": "print the value of each setting, its unit and its effect",
+    "tune": "suggest a strength from the number of key frames, or from labels",
+    "evaluate": "score key frames on labelled recordings, or demo:",
+    "agree": "compare the labels of two people, or of a person and the program",
+    "archive": "segment a folder of recordings into Parquet tables, on Ray Data",
+    "bench": "measure speed, delay and memory on this machine",
     "replay": "send a recording as a live stream of frames",
     "record": "write arriving frames to a file for replay",
-    "adapters": "formats and protocols, missing extras; --check URL tries one",
-    "flink": "live streams of many performers on Apache Flink",
-    "schema": "the JSON Schema of the events",
-    "completion": "completion by the Tab key, for bash, zsh and tcsh",
-    "webcam": "--get-model fetches the weights; its page is mossar view webcam: now",
+    "adapters": "list formats, protocols and missing extras; --check URL tries one",
+    "flink": "segment live streams of many performers on Apache Flink",
+    "schema": "print the JSON Schema of the events",
+    "completion": "print a script for the Tab key, for bash, zsh and tcsh",
+    "webcam": "fetch the weights (--get-model); its page is mossar view webcam: now",
 }
 # Commands for which a port alone is a source or sink.
 STREAMED: Final = (
@@ -171,14 +171,14 @@ def run_command(
     """Parse the arguments of a command, run it, and return its exit status.
 
     Args:
-        prog: What the user typed to get here.
-        command: What to run.
+        prog: The command as the user typed it.
+        command: The command to run.
         arguments: After the command's name.
         terminal: Where words go.
         assumed: Whether the user typed no command, so that this one is reported.
 
     Raises:
-        MossarError: If something is wrong with the arguments, or what they name.
+        MossarError: If something is wrong with the arguments, or the files that they name.
     """
     from mossar_tools.options import parse
     from mossar_tools.places import check_command

@@ -1,4 +1,4 @@
-"""Emitting: what is asked for must be able to come, and what an output leaves out is said."""
+"""Emitting: requested events must be possible, and an output names the events that it leaves out."""
 
 from pathlib import PurePath
 
@@ -14,7 +14,7 @@ def check_emission(options: Options, settings: Settings, emission: Emission, *, 
     """Refuse `--emit` of events that this run never has.
 
     Args:
-        options: What the user wants.
+        options: The user's options.
         settings: Of the run.
         emission: Of `options.emit`.
         teaches: Whether moves may be shown while it runs.

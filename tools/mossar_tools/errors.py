@@ -1,4 +1,4 @@
-"""What makes a program end otherwise than with status 0."""
+"""Errors that end a program with another status than 0."""
 
 from mossar_stream import MossarError
 

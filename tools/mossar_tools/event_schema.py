@@ -26,7 +26,7 @@ def event_schema() -> dict[str, Any]:
             definition["properties"][name]["description"] = text
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "An event of mossar-stream, or what is known of a performer",
+        "title": "An event of mossar-stream, or the description of a performer",
         **schema,
     }
 
@@ -39,7 +39,7 @@ _MAPS: dict[type, tuple[str, tuple[str, ...]]] = {
 
 
 def _add_map(schema: dict[str, Any], record: type) -> None:
-    """Add what WebSocket and ZeroMQ send besides events: metas, and the states of performers."""
+    """Add the other messages of WebSocket and ZeroMQ: metas, and the states of performers."""
     name, may_be_absent = _MAPS[record]
     place = f"#/$defs/{record.__name__}"
     definition = msgspec.to_builtins(msgspec.json.schema(record))["$defs"][record.__name__]
@@ -70,7 +70,7 @@ def _left_out(event: type[msgspec.Struct]) -> list[str]:
 
 
 def _explained(event: type) -> tuple[str, dict[str, str]]:
-    """Return the first line of a record's docstring, and what it says of each field."""
+    """Return the first line of a record's docstring, and the text of each field."""
     text = inspect.getdoc(event) or ""
     fields: dict[str, str] = {}
     name = ""

@@ -1,4 +1,4 @@
-"""Excerpt: what a picture shows of a recording, from one time to another."""
+"""Excerpt: the part of a recording in a picture, from one time to another."""
 
 from collections.abc import Sequence
 
@@ -51,11 +51,11 @@ def excerpt(
     threshold: float = 0.0,
     level: tuple[float, str] | None = None,
 ) -> Excerpt:
-    """Return what to draw.
+    """Return the excerpt to draw.
 
     Args:
         whole: The recording.
-        result: What was found in it.
+        result: Its result.
         chosen: The level to show.
         count: Number of key frames asked for, if it was not a level.
         curve: The curve, if `result` has none.

@@ -1,4 +1,4 @@
-"""Figures: what all pictures share, their style and how they become files."""
+"""Figures: the common part of all pictures, their style and files."""
 
 from pathlib import Path
 from typing import Any, BinaryIO

@@ -25,7 +25,7 @@ class LiveTeaching:
     """Takes examples of a move, or a pose, from a stream. Nothing is in the file before `run` ends.
 
     Args:
-        options: What the user wants.
+        options: The user's options.
         console: Where words and figures go.
     """
 
@@ -114,7 +114,7 @@ class LiveTeaching:
         self._count(shown.count)
 
     def _report(self, shown: Shown) -> None:
-        """Say what became of a movement, and draw it."""
+        """Report the outcome of a movement, and draw it."""
         for line in shown.unlike:
             LOGGER.warning("%s", line)
         if shown.is_first_dropped:

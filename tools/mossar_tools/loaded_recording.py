@@ -55,7 +55,7 @@ def _of_slots(options: Options) -> Recording:
     """Return a recording whose performers are the slots of `--people`.
 
     Raises:
-        UsageError: If nobody is in it.
+        UsageError: If it has no performer.
     """
     source = source_of(options.file, msgspec.structs.replace(options, speed=None, loop=False))
     metas: dict[str, Meta] = {}

@@ -1,4 +1,4 @@
-"""Opening: what a source or sink on the command line stands for."""
+"""Opening: the source or sink of an argument."""
 
 import logging
 import re

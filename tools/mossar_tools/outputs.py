@@ -18,7 +18,7 @@ Rows = Sequence[Mapping[str, Any]]
 
 
 class Outputs(NamedTuple):
-    """What the user wants besides a table to read.
+    """The outputs besides a table to read.
 
     Args:
         json: File for one JSON object, `-` for standard output, None if it is not wanted.

@@ -6,7 +6,7 @@ import msgspec
 
 
 class Palette(msgspec.Struct, frozen=True):
-    """Colours by what they stand for, as `#rrggbb`."""
+    """Colours by their meaning, as `#rrggbb`."""
 
     background: str
     ink: str

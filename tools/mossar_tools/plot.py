@@ -44,7 +44,7 @@ def draw(
     Args:
         path: `.png`, `.svg` or `.pdf`.
         whole: The recording.
-        result: What was found in it, with curves.
+        result: Its result, with curves.
         chosen: The level to show.
         palette: Colours.
         count: Number of key frames asked for, if it was not a level.
@@ -59,7 +59,7 @@ def draw(
 def draw_excerpt(
     target: Path | BinaryIO, whole: LoadedRecording, shown: Excerpt, palette: Palette, width: float = WIDTH
 ) -> None:
-    """Draw what has been found between two times.
+    """Draw the results between two times.
 
     Args:
         target: A path as for `draw`, or a binary file that takes a PNG.

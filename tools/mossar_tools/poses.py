@@ -36,7 +36,7 @@ class _Figure(msgspec.Struct, frozen=True):
 def draw_poses(
     axes: Any, whole: LoadedRecording, shown: Excerpt, size: tuple[float, float], palette: Palette
 ) -> list[str]:
-    """Draw the figures and return what was left out.
+    """Draw the figures and return the ones that were left out.
 
     Args:
         axes: Where.

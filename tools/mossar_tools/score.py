@@ -14,7 +14,7 @@ _KEPT = 512  # key frames kept for each performer
 
 
 class Verdict(msgspec.Struct, frozen=True):
-    """What became of a true cut.
+    """The outcome of a true cut.
 
     Args:
         performer: Name.
@@ -51,7 +51,7 @@ class Score:
         self._times.setdefault(event.performer, deque(maxlen=_KEPT)).append(event.time)
 
     def judge(self, now: dict[str, float]) -> list[Verdict]:
-        """Return what became of the cuts that have had their time.
+        """Return the outcome of the cuts that have had their time.
 
         Args:
             now: Time of the last frame of each performer, s; infinite at the end.

@@ -15,7 +15,7 @@ from mossar_tools.taking import Movement
 
 
 class Shown(msgspec.Struct, frozen=True):
-    """What became of a movement that was shown.
+    """The outcome of a movement that was shown.
 
     Args:
         example: The movement.

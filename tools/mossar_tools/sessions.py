@@ -20,7 +20,7 @@ def values_of_name(options: Options, path: str) -> dict[str, str]:
     """Return what these columns have for a recording; what is given takes precedence over the file's name.
 
     Args:
-        options: What the user wants.
+        options: The user's options.
         path: Of the recording.
 
     Raises:

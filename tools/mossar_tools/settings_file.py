@@ -16,7 +16,7 @@ def as_toml(settings: Settings, level: LevelName | float, strength: float) -> st
     Args:
         settings: As they are now; `level` as it was at the start.
         level: As it is now.
-        strength: What `level` stands for.
+        strength: The strength of `level`.
 
     Example:
         >>> print(as_toml(Settings(), "motion", 0.45).splitlines()[1])

@@ -1,4 +1,4 @@
-"""Streaming: what `demo` and `run` have in common, from options to exit status."""
+"""Streaming: the common part of `demo` and `run`, from options to exit status."""
 
 import contextlib
 import time
@@ -47,14 +47,14 @@ def stream(
     """Run a pipeline as the options say.
 
     Args:
-        options: What the user wants.
+        options: The user's options.
         console: Where words go.
         page_only: Whether the dashboard is all there is to see, unless sinks are named.
         server: Of the page for players, which is shown in place of the dashboard; None for the dashboard.
-        view_of: What a terminal shows.
+        view_of: The view of a terminal.
 
     Returns:
-        The exit status, and the summary; empty if nobody reads any more.
+        The exit status, and the summary; empty if the reader is gone.
     """
     settings = options.settings()
     emission = Emission(options.emit)
@@ -111,7 +111,7 @@ def stream(
 
 
 def _skip_what_waits(sources: Sequence[Source]) -> None:
-    """Have live sources begin with what comes from now on; what came before is old."""
+    """Discard what live sources received before now."""
     for source in sources:
         if (live := offered(source, SkipsWaiting)) is not None:
             live.skip_waiting()
@@ -218,7 +218,7 @@ def _opened_sinks(
 
 @contextlib.contextmanager
 def _controls(options: Options, pipeline: Pipeline, listeners: list[ControlListener]) -> Iterator[None]:
-    """Open what takes requests while the block runs."""
+    """Open the receiver of requests while the block runs."""
     if not options.control:
         yield
         return

@@ -33,11 +33,11 @@ def segmentation_table(
     angles: bool = False,
     keep: int | None = None,
 ) -> Iterator[str]:
-    """Yield what was found in a recording: the answers first, then the table of segments. Lines fit the terminal.
+    """Yield the results of a recording: the answers first, then the table of segments. Lines fit the terminal.
 
     Args:
         whole: The recording.
-        result: What was found in it.
+        result: Its result.
         chosen: The level to show.
         console: Tells what can be printed.
         angles: Whether to say how far joints bend in repetitions.
@@ -58,11 +58,11 @@ def segmentation_table(
 def answers(
     whole: LoadedRecording, result: Result, zero: float = 0.0, *, angles: bool = False
 ) -> Iterator[str]:
-    """Yield what was counted, recognised, followed, held and measured.
+    """Yield the counts, moves, performances, poses and measures.
 
     Args:
         whole: The recording.
-        result: What was found in it.
+        result: Its result.
         zero: Time of its clock that counts as 0, s.
         angles: Whether to say how far joints bend in repetitions.
     """
@@ -171,7 +171,7 @@ def _poses(result: Result, zero: float) -> Iterator[str]:
 
 
 def _gait_lines(result: Result) -> Iterator[str]:
-    """Yield what the steps of a recording have in common."""
+    """Yield the medians of the steps of a recording."""
     gait = gait_of(result.steps)
     pace = f", {gait.cadence:.1f} a minute" if gait.cadence else ""
     yield f"{counted(gait.steps, 'step')}{pace}"

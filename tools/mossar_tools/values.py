@@ -1,4 +1,4 @@
-"""Values: how the text of an option becomes what it means."""
+"""Values: from the text of an option to its value."""
 
 import argparse
 import math

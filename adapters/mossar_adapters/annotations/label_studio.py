@@ -1,4 +1,4 @@
-"""Label Studio: what was found as predictions that people correct, and the labelling interface that shows them."""
+"""Label Studio: results as predictions that people correct, and the labelling interface that shows them."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -37,7 +37,7 @@ def write_label_studio(
 
     Args:
         path: Which of both by its suffix.
-        tiers: What was found; each becomes a set of labels.
+        tiers: The results; each becomes a set of labels.
         times: (n,) s.
         positions: (n, J, 3) m.
         video: Where Label Studio finds the video, whose first frame is that of the recording.

@@ -1,4 +1,4 @@
-"""Reading annotations back: what people corrected by hand, as tiers."""
+"""Reading annotations back: corrections by hand, as tiers."""
 
 import codecs
 import html
@@ -177,7 +177,7 @@ def _read_vtt(path: Path) -> list[Tier]:
 
 
 def _blocks(lines: Sequence[str]) -> Iterator[tuple[int, list[str]]]:
-    """Yield what stands between empty lines, and the number of its first line."""
+    """Yield the blocks between empty lines, each with the number of its first line."""
     block: list[str] = []
     for number, line in enumerate([*lines, ""], 1):
         if line.strip():

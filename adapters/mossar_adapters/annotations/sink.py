@@ -1,4 +1,4 @@
-"""Annotations of a stream: what was final of it, written when the stream ends."""
+"""Annotations of a stream: its final results, written when the stream ends."""
 
 import math
 from collections import defaultdict
@@ -37,7 +37,7 @@ KEPT = 500_000  # events; of a stream that never ends the first are written
 
 
 class AnnotationSink:
-    """Keeps what is final and writes it to an annotation file at the end; implements `Sink`.
+    """Keeps final results and writes them to an annotation file at the end; implements `Sink`.
 
     With several performers their names stand before those of the tiers. A run that goes on from a snapshot writes
     what came after it.
@@ -79,7 +79,7 @@ class AnnotationSink:
             self._origin = time
 
     def send(self, events: Sequence[Event]) -> None:
-        """Keep what is final."""
+        """Keep final results."""
         for event in events:
             match event:
                 case SegmentEvent(status="final") | MoveEvent(status="final") | FollowEvent(status="done"):

@@ -33,7 +33,7 @@ class Mark(msgspec.Struct, frozen=True, order=True):
     Args:
         start: s from the first frame.
         end: s.
-        label: What annotators read.
+        label: The text that annotators read.
     """
 
     start: float

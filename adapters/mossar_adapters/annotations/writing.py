@@ -31,7 +31,7 @@ def write_annotations(path: str | Path, tiers: Sequence[Tier], duration: float) 
 
     Args:
         path: `.eaf` (ELAN), `.TextGrid` (Praat), `.txt` (Audacity labels), `.vtt` (WebVTT), `.tsv` (BIDS events).
-        tiers: What to write.
+        tiers: The tiers to write.
         duration: Of the recording, s.
 
     Raises:

@@ -49,7 +49,7 @@ class Progress(msgspec.Struct):
 
 
 class Order(msgspec.Struct, frozen=True):
-    """What every part of a job shares; written beside the tables, so that a job goes on as it began."""
+    """The shared settings of a job; written beside the tables, so that a job goes on as it began."""
 
     source: str
     settings: Settings
@@ -219,7 +219,7 @@ def _listed(source: str) -> list[str]:
 
 
 def _begin(place: Place, order: Order, *, resume: bool) -> None:
-    """Check that the tables are this job's, and leave only what counts.
+    """Check that the tables are this job's, and delete incomplete parts.
 
     Raises:
         MossarError: If they are not, or there are some and `resume` is not given.

@@ -30,7 +30,7 @@ MAX_BYTES = 2 << 30  # of positions
 
 
 class Segmented(msgspec.Struct, frozen=True):
-    """What was found in one performer's frames.
+    """The results of one performer's frames.
 
     Args:
         performer: Name.
@@ -40,7 +40,7 @@ class Segmented(msgspec.Struct, frozen=True):
         seconds: From the first frame to the last one.
         key_frames: All of Algorithm 2, with their strengths.
         segments: Those at the level of the settings.
-        notes: What the reader found out, one line each; why moves or steps were not looked for.
+        notes: Notes of the reader, one line each; why moves or steps were not looked for.
         limbs: The same of each limb, with the setting `limbs`.
         moves: Those that were recognised.
         repetitions: Of the body and of limbs, with the setting `repetitions`.
@@ -72,7 +72,7 @@ def segment_file(
     moves: Moves | None = None,
     follow: tuple[str, ...] | bool = (),
 ) -> list[Segmented]:
-    """Return what is found in a recording, one entry for each performer.
+    """Return the results of a recording, one entry for each performer.
 
     Args:
         path: A file.

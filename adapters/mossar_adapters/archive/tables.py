@@ -1,4 +1,4 @@
-"""Tables: what a job writes, part by part.
+"""Tables: the output of a job, part by part.
 
     recordings/   one row for each performer of each file that was read; its part is written last
     key_frames/   all key frames of Algorithm 2, with their strengths
@@ -88,7 +88,7 @@ def no_rows() -> Rows:
 
 
 def add_rows(rows: Rows, path: str, found: Iterable[Segmented]) -> None:
-    """Add what was found in a file."""
+    """Add the results of a file."""
     for one in found:
         who = {"path": path, "performer": one.performer}
         rows["recordings"].append(
@@ -133,7 +133,7 @@ def write_part(place: Place, name: str, rows: Rows) -> None:
 
 
 def delete_unfinished(place: Place) -> None:
-    """Delete what a killed job left of parts that do not count."""
+    """Delete incomplete parts of a killed job."""
     files = {table: place.paths(table) for table in SCHEMAS}
     whole = {PurePosixPath(path).name for path in files[LAST]}
     for path in [path for paths in files.values() for path in paths]:

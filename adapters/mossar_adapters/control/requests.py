@@ -50,7 +50,7 @@ class Control:
     """Carries requests out. Any thread may call its methods.
 
     Args:
-        pipeline: What is controlled.
+        pipeline: The controlled pipeline.
     """
 
     def __init__(self, pipeline: Pipeline) -> None:
@@ -69,7 +69,7 @@ class Control:
     def apply(self, address: str, arguments: Sequence[Any]) -> None:
         """Carry out an OSC message, `/mossar/set/<name> value` or `/mossar/reset`, without waiting.
 
-        What is wrong with it goes to the log: the sender does not wait for an answer.
+        Errors go to the log: the sender does not wait for an answer.
         """
         parts = address.strip("/").split("/")
         if parts == ["mossar", "reset"]:
@@ -84,7 +84,7 @@ class Control:
         self._pipeline.ask(lambda: _applied(self._pipeline, request))
 
     def _wait_for(self, request: Request) -> dict[str, object]:
-        """Have a request carried out by the thread that segments, and return what comes of it."""
+        """Have a request carried out by the thread that segments, and return its result."""
         results: list[dict[str, object] | Exception] = []
         done = threading.Event()
 
@@ -104,7 +104,7 @@ class Control:
 
 
 def carry_out(pipeline: Pipeline, request: Request) -> dict[str, object]:
-    """Do what a request asks for, in the thread that segments, and return what the answer says: `value`, and more.
+    """Carry out a request in the thread that segments, and return the content of the answer: `value`, and more.
 
     Raises:
         SettingsError: If the request is impossible; nothing is changed then.
@@ -163,7 +163,7 @@ def set_follow(pipeline: Pipeline, request: Request) -> Follow:
 
 
 def of_people(pipeline: Pipeline, request: Request) -> object:
-    """Do what a request asks for about slots, and return them: who is in each, by source.
+    """Carry out a request about slots, and return them: the person in each, by source.
 
     Raises:
         SettingsError: If no source has slots, there is no such slot, or a value is impossible.

@@ -23,7 +23,7 @@ _LEAST_STEP: Final = 1e-6  # s between two time stamps
 
 
 class Sensor:
-    """Turns true joint positions into what a receiver gets; has its own random numbers.
+    """Turns true joint positions into received ones; has its own random numbers.
 
     White noise is Gaussian with standard deviation `noise` per axis. The `kinect` kind grows with a joint's
     speed, is doubled for hands and feet, and has repeated frames, single joints that jump, and hands or feet

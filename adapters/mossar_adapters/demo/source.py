@@ -49,7 +49,7 @@ class DemoSource:
         performers: How many.
         performer: Name of a single performer.
         seconds: Where to stop.
-        moves: What to do, see `performance`; None for default moves.
+        moves: The moves, see `performance`; None for default moves.
         speed: 1 is real time, "max" does not wait.
         name: The URL, for messages.
 
@@ -189,7 +189,7 @@ def _split(frames: Frames, count: int) -> tuple[Frames, Frames | None]:
 
 
 def _read_options(query: str) -> dict[str, Any]:
-    """Return the values of the URL options, each read as what it is.
+    """Return the values of the URL options, each with its type.
 
     Raises:
         SettingsError: If an option is unknown, given twice, or cannot be read.

@@ -12,7 +12,7 @@ _RANGES: Final = (("fps", 1, 1000), ("tempo", 0.2, 5), ("noise", 0, 1), ("jitter
 
 
 class Style(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Rate and tempo of a performer, and what the sensor does to its frames.
+    """Rate and tempo of a performer, and the errors of the sensor.
 
     Args:
         fps: Hz, 1 to 1000.

@@ -30,7 +30,7 @@ PEOPLE = (0.5, 2.5)  # m; an ASF whose unit makes people larger or smaller means
 
 
 class Layout(msgspec.Struct, frozen=True):
-    """Which word of a frame means what; all frames have the same bones in the same order.
+    """The meaning of each word of a frame; all frames have the same bones in the same order.
 
     Args:
         width: Words per frame.

@@ -24,7 +24,7 @@ class Bone(msgspec.Struct):
         vector: From its beginning to its end in world axes at rest, file units.
         axis: Angles of its own axes, in the file's angle unit, with `axis_order`.
         axis_order: Letters, first turn first.
-        dofs: What the motion gives for it, in order.
+        dofs: Its degrees of freedom in the motion, in order.
         parent: Index of the bone above.
     """
 

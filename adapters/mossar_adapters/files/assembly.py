@@ -115,7 +115,7 @@ def in_stated_unit(recording: Recording, options: ReadOptions, unit: str | float
     Args:
         recording: Coordinates in the file's unit.
         options: The user's word about the unit takes precedence.
-        unit: What the file says: a name or metres; where that is nothing known, the height decides.
+        unit: The stated unit: a name or metres; if it is unknown, the height decides.
     """
     metres = metres_of(unit) if isinstance(unit, str) else unit
     if metres is not None:

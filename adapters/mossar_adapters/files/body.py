@@ -44,7 +44,7 @@ def reference_joints(skeleton: Skeleton, positions: NDArray[Any], root: str | No
     Args:
         skeleton: J joints.
         positions: (n, J, 3), any unit, NaN where a joint is missing.
-        root: The joint that the user names as the centre: it and what is below it belong to the body.
+        root: The joint that the user names as the centre: it and the joints below it belong to the body.
     """
     children = _children(skeleton)
     tops = [joint for joint, parent in enumerate(skeleton.parents) if parent < 0]
@@ -296,7 +296,7 @@ def size_in_words(tall: float) -> str:
 
 
 def size_note(tall: float, factor: float | None, stated: float, *, given: bool) -> str | None:
-    """Return what the user should know of a body's height, None if it fits.
+    """Return a note about a body's height, None if it fits.
 
     Args:
         tall: m, in the unit that was stated.
@@ -317,14 +317,14 @@ def size_note(tall: float, factor: float | None, stated: float, *, given: bool) 
 
 
 def reference_note(reference: Sequence[str]) -> str:
-    """Return what the user should know of joints that are left out."""
+    """Return a note about joints that are left out."""
     names = ", ".join(reference[:8])
     are = "are no parts" if len(reference) > 1 else "is no part"
     return f"{names} {are} of the body (far from it, or on the floor) and left out; --root {reference[0]} keeps {reference[0]}"
 
 
 def body_root(skeleton: Skeleton, reference: Sequence[str]) -> Skeleton:
-    """Return a skeleton whose centre is a joint of the body: the first one below what is no part of it."""
+    """Return a skeleton whose centre is a joint of the body: the first one below joints that are no part of it."""
     if skeleton.root < 0 or skeleton.names[skeleton.root] not in reference:
         return skeleton
     kept = tuple(name for name in skeleton.names if name not in reference)

@@ -46,7 +46,7 @@ SLOWEST_USUAL = 10.0  # Hz: a frame time that is larger, s, was meant as a rate
 
 
 class _Header(NamedTuple):
-    """What is said between MOTION and the first frame."""
+    """The lines between MOTION and the first frame."""
 
     frames: int | None
     step: str  # time between frames as written; empty if it is missing
@@ -228,7 +228,7 @@ def _rate(path: Path, header: _Header) -> tuple[float, tuple[str, ...]]:
 
 
 def _motion_header(path: Path, lines: Iterator[tuple[int, str]]) -> _Header:
-    """Return what stands between MOTION and the first frame, each of it missing or not."""
+    """Return the lines between MOTION and the first frame; each may be missing."""
     frames, step, last, line = None, "", None, 0
     for line, text in lines:
         text = text.strip()[:_LONGEST_HEADER]

@@ -1,6 +1,6 @@
 """Recordings with rotations as BVH text, to be cut into parts.
 
-What is BVH already stays as it was written, hierarchy and numbers, so that it fits the rig it was made with. Other
+A BVH stays as it was written, hierarchy and numbers, so that it fits the rig it was made with. Other
 rotations get a hierarchy in centimetres, all joints turned about z, y and x.
 """
 

@@ -1,4 +1,4 @@
-"""Copies of C3D files: what changes is written anew, every other byte of header, parameters and data stays.
+"""Copies of C3D files: changes are written anew, every other byte of header, parameters and data stays.
 
 Programs that read a C3D file and write it again change it: parameters that they do not know, the kind of numbers, the
 padding. A copy made here differs from its source in the records that are replaced, and where the data begin if the

@@ -1,7 +1,7 @@
 """Events of C3D files: the group EVENT, read, and written into a copy of the file.
 
 Times of events count from frame 1 of the recording that the file was taken from, as its frame numbers do. Lists hold at most
-255 elements; what is more goes on in LABELS2, TIMES2 and so on.
+255 elements; further ones are in LABELS2, TIMES2 and so on.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -26,7 +26,7 @@ class C3dEvent(msgspec.Struct, frozen=True):
     """An event of a C3D file.
 
     Args:
-        label: What happened, as `Foot Strike`.
+        label: The kind of event, as `Foot Strike`.
         time: s from frame 1 on.
         context: `Left`, `Right` or `General`.
         icon: Number of the picture that programs show; 1 is a foot strike, 2 a foot off.

@@ -52,7 +52,7 @@ def floats(data: bytes, machine: int) -> NDArray[np.float64]:
 
 
 def written_floats(values: ArrayLike, machine: int) -> bytes:
-    """Return values as 4-byte floats of a machine, the reverse of `floats`."""
+    """Return values as 4-byte floats of a machine; the inverse of `floats`."""
     if machine == DEC:
         halves = (np.asarray(values, "<f4") * np.float32(4)).view("<u2").reshape(-1, 2)[:, ::-1]
         return np.ascontiguousarray(halves).tobytes()

@@ -52,7 +52,7 @@ class Clip(NamedTuple):
     Args:
         start: First frame.
         end: The frame behind the last.
-        name: What it is; empty for a segment.
+        name: Its name; empty for a segment.
     """
 
     start: int
@@ -80,7 +80,7 @@ def write_clips(
         folder: Made if it is not there.
         whole: The recording.
         clips: Of it.
-        rows: What the table has of each.
+        rows: The row of each in the table.
         options: How the recording was read.
 
     Returns:
@@ -105,7 +105,7 @@ def write_clips(
 
 
 def _named(name: str) -> str:
-    """Return the part of a file's name that says what it is."""
+    """Return the part of a file's name that names its content."""
     plain = re.sub(r"[^\w.-]+", "_", name).strip("._")[:80]
     return f"-{plain}" if plain else ""
 
@@ -113,7 +113,7 @@ def _named(name: str) -> str:
 def _writer(
     path: Path, whole: LoadedRecording, options: ReadOptions
 ) -> tuple[str, Callable[[Path, Clip], object]]:
-    """Return the suffix of clips, and what writes one."""
+    """Return the suffix of clips, and their writer."""
     form = format_of(path).name if path.exists() else ""
     before, after = whole.outside  # the file is of the whole recording
     if form == "C3D":

@@ -37,7 +37,7 @@ def seconds(cell: str) -> float:
 
 
 def unit_of_steps(times: Sequence[float] | NDArray[np.float64]) -> tuple[float, str]:
-    """Return what unit plain time stamps are in, judged by their steps: frames come 1 to 10000 times a second.
+    """Return the unit of plain time stamps, judged by their steps: frames come 1 to 10000 times a second.
 
     Returns:
         Seconds per unit, and its name.

@@ -62,7 +62,7 @@ class Columns(msgspec.Struct, frozen=True):
 
 
 def find_columns(header: Sequence[str]) -> Columns | None:
-    """Return what the headings say, or None if there is no joint among them."""
+    """Return the columns of the headings, or None if there is no joint among them."""
     if len(header) > MAX_COLUMNS:
         return None
     cells = _with_axes([_plain(cell) for cell in header])

@@ -1,4 +1,4 @@
-"""What goes wrong with a recording."""
+"""Errors of recordings."""
 
 from pathlib import Path
 
@@ -7,11 +7,11 @@ from mossar_stream import MossarError
 
 
 class FileError(MossarError):
-    """A recording cannot be read; the message names file, line if there is one, and what is wrong.
+    """A recording cannot be read; the message names file, line if there is one, and problem.
 
     Args:
         path: The recording.
-        problem: What is wrong and what to do, in one line.
+        problem: The problem and the remedy, in one line.
         line: Number of the line, from 1, in formats made of lines.
     """
 

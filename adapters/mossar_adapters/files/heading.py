@@ -1,4 +1,4 @@
-"""Where the rows of a table begin, and what stands above them.
+"""The begin of the rows of a table, and the lines above them.
 
 The headings may be one line (`hip.x,hip.y,hip.z`) or two, names above axes, as programs of optical systems and
 data frames with two levels write them; then a line of units may follow::
@@ -23,7 +23,7 @@ MAX_LINES = 50  # above the rows
 
 
 class Heading(msgspec.Struct, frozen=True):
-    """What stands above the rows.
+    """The lines above the rows.
 
     Args:
         metadata: Words `key=value` of comment lines; `unit` also from a line of units, `fps` also from a line that
@@ -95,7 +95,7 @@ def quoted_cells(text: str, delimiter: str) -> list[str]:
 
 
 def delimiter_of(header: str) -> str | None:
-    """Return what separates headings: the most frequent of tab, semicolon and comma, else white space."""
+    """Return the separator of headings: the most frequent of tab, semicolon and comma, else white space."""
     best = max("\t;,", key=header.count)
     return best if best in header else None
 

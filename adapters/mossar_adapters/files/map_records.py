@@ -26,7 +26,7 @@ class MapRecord(msgspec.Struct, frozen=True):
 
     Args:
         place: Line or record number, for messages.
-        map: What it holds; None stands for a last record that was cut off.
+        map: Its content; None stands for a last record that was cut off.
     """
 
     place: int
@@ -34,7 +34,7 @@ class MapRecord(msgspec.Struct, frozen=True):
 
 
 class Survey(msgspec.Struct):
-    """What a first pass over the file finds.
+    """The result of a first pass over the file.
 
     Args:
         metas: The first meta of each performer; one taken for granted for frames without.

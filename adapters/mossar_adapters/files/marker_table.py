@@ -1,4 +1,4 @@
-"""Tables of markers, one row per frame: what TRC, Motive and QTM have in common."""
+"""Tables of markers, one row per frame: the common part of TRC, Motive and QTM."""
 
 from collections.abc import Iterator, Sequence
 
@@ -32,7 +32,7 @@ class MarkerTable(msgspec.Struct, frozen=True):
         metres: Metres per unit, None if the file does not say.
         time: Column of the time in seconds, -1 without.
         frame: Column of the frame number, -1 without.
-        first_number: What the file calls the first frame of a take, 0 or 1.
+        first_number: Number of the first frame of a take in the file, 0 or 1.
         parents: Label of each marker's parent if the file has them.
         notes: For the user.
     """

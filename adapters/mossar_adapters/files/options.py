@@ -1,4 +1,4 @@
-"""What a user may say about a recording."""
+"""The options of a recording."""
 
 import msgspec
 

@@ -33,16 +33,16 @@ _KINDS = 16  # kinds of unknown messages kept to be named
 
 
 class Log(msgspec.Struct):
-    """What a pass over the log came across besides frames.
+    """The findings of a pass over the log, besides frames.
 
     Args:
-        counters: What came, as for a live source.
+        counters: Counters, as of a live source.
         unwanted: Messages that fit no profile, by address.
         blobs: Messages with a blob that the log does not show.
         strange: Lines that are no messages.
         cut: Whether the last line was cut off.
         timed: Whether the messages have times.
-        clocks: What is odd about the senders' clocks.
+        clocks: Problems of the senders' clocks.
     """
 
     counters: Counters = msgspec.field(default_factory=Counters)
@@ -198,7 +198,7 @@ def _collect(batch: Batch, found: Items, log: Log) -> None:
 
 
 def _notes(log: Log, clock: float | None, unit: str, left_out: int, *, guessed: bool) -> tuple[str, ...]:
-    """Return what the user should know; frames are counted at `clock` Hz if that is given."""
+    """Return notes for the user; frames are counted at `clock` Hz if that is given."""
     counters = log.counters
     said = {
         f"rate taken as {clock} Hz (the log has no times); set --fps to change": guessed,
@@ -212,7 +212,7 @@ def _notes(log: Log, clock: float | None, unit: str, left_out: int, *, guessed: 
 
 
 def _no_frame(log: Log) -> str:
-    """Return why a log has no frame: what it has instead."""
+    """Return why a log has no frame, and its other content."""
     counters = log.counters
     if counters.malformed:
         hint = " (oscdump leaves out what blobs hold; record with mossar record)" if log.blobs else ""

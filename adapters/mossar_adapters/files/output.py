@@ -24,7 +24,7 @@ _log = logging.getLogger("mossar.output")
 
 
 class OutputError(MossarError):
-    """What is written cannot be written any more."""
+    """The output cannot be written any more."""
 
 
 def end_of_lines(file: BinaryIO, size: int) -> int:
@@ -115,7 +115,7 @@ class OutputFile:
         return self._file.tell()
 
     def close(self) -> None:
-        """Write what is left. May be called twice.
+        """Write the rest. May be called twice.
 
         Raises:
             OutputError: If that is impossible, and was not reported before.

@@ -127,12 +127,12 @@ def by_image(frames: Iterable[Any]) -> Iterator[Any]:
 
 
 def _image(frame: Any) -> Any:
-    """Return what identifies the image of a frame."""
+    """Return the id of the image of a frame."""
     return frame["image_id"] if isinstance(frame, dict) and "image_id" in frame else object()
 
 
 def may_hold_poses(frame: dict[str, Any]) -> bool:
-    """Return whether an object has a key under which poses stand, so that it is worth saying what is wrong with them."""
+    """Return whether an object has a key under which poses stand, so that an error message about them is useful."""
     keys = (*_METRIC, *_PEOPLE, *_IMAGE, *_FLAT_2D, "people", "pose_keypoints_3d", "pose_keypoints_2d")
     return any(key in frame for key in keys) or sum(map(_is_point, frame.values())) >= _FEWEST
 

@@ -263,7 +263,7 @@ def _decoded(path: Path) -> tuple[Any, bool]:
 
 
 def _mended(data: bytes) -> Any:
-    """Return what is whole of JSON that was cut off: up to a closed bracket near the end, None if hopeless."""
+    """Return the whole part of JSON that was cut off: up to a closed bracket near the end, None if hopeless."""
     still_open = bytearray()
     ends: list[tuple[int, bytes]] = []  # the last places where an element of an outer list or object ends
     for token in _BRACKET.finditer(data):

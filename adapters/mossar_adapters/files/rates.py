@@ -1,4 +1,4 @@
-"""Frame rates from what files say about time."""
+"""Frame rates from the times in files."""
 
 import numpy as np
 from numpy.typing import NDArray

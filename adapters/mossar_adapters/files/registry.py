@@ -62,7 +62,7 @@ class Format(msgspec.Struct, frozen=True):
     plain: bool = False
 
     def available(self) -> bool:
-        """Return whether what it needs is installed."""
+        """Return whether its extra is installed."""
         return self.library is None or importlib.util.find_spec(self.library) is not None
 
 
@@ -187,7 +187,7 @@ def open_recording(
 
     Args:
         path: File, or folder of per-frame files.
-        options: What the user says about it.
+        options: The user's options for it.
         formats: The table to look in.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Replacing: no output replaces what is read, and one that replaces a file does so as a whole, at the end.
+"""Replacing: no output replaces an input, and one that replaces a file does so as a whole, at the end.
 
 `check_places` is the rule for inputs and outputs; every command asks it before anything is opened. `Draft` is the file
 beside: a full disk, a crash or an error leaves the old file as it was.
@@ -24,7 +24,7 @@ _Key = tuple[int, int] | str  # device and number of a file; its path, of one th
 
 
 def check_places(read: Iterable[str], written: Iterable[str]) -> None:
-    """Refuse to write what is read, or one place twice.
+    """Refuse to write an input, or one place twice.
 
     Links, hard ones too, are followed. The skeletons beside an `.amc`, the poses beside a video, files that options of
     a URL name, and what lies in a folder that is read, are read, too.
@@ -65,7 +65,7 @@ def _path_of(url: str) -> str | None:
 
 
 def _files_of(url: str) -> Iterator[str]:
-    """Yield the paths of an input, and of what is read with it."""
+    """Yield the paths of an input, and of the files that are read with it."""
     yield from _named_by_options(url)
     path = _path_of(url)
     if path is None:
@@ -85,7 +85,7 @@ def _named_by_options(url: str) -> Iterator[str]:
 
 
 def _companions(path: Path) -> list[Path]:
-    """Return what may be read with a recording."""
+    """Return the files that may be read with a recording."""
     suffix = path.suffix.lower()
     if suffix == ".amc" and path.parent.is_dir():
         return [beside for beside in path.parent.iterdir() if beside.suffix.lower() == ".asf"]
@@ -94,7 +94,7 @@ def _companions(path: Path) -> list[Path]:
 
 
 def _key(path: Path) -> _Key | None:
-    """Return what a file is known by; None for pipes and devices, of which nothing is replaced."""
+    """Return the identity of a file; None for pipes and devices, which are never replaced."""
     try:
         found = path.stat()
         if not path.is_file() and not path.is_dir():

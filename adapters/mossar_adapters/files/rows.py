@@ -129,7 +129,7 @@ def _is_whole(row: list[str], width: int, *, pad: bool, open_end: bool) -> bool:
 
 
 def cut_note(rows: Rows, announced: int | None = None) -> tuple[str, ...]:
-    """Return what the user should know about frames that are not there.
+    """Return notes about missing frames.
 
     Args:
         rows: The rows.

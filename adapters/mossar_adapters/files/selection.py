@@ -1,4 +1,4 @@
-"""What a user wants of a recording: some joints, another root, one performer."""
+"""The selection from a recording: some joints, another root, one performer."""
 
 from collections.abc import Iterator
 
@@ -50,7 +50,7 @@ def selected(recording: Recording, options: ReadOptions) -> Recording:
 
 
 def selected_skeleton(skeleton: Skeleton, options: ReadOptions) -> tuple[Skeleton, str]:
-    """Return the skeleton with the root and joints that the options name, and what the user should know.
+    """Return the skeleton with the root and joints that the options name, and notes for the user.
 
     Raises:
         FrameError: If there is no such joint, or the root that was asked for is not among the joints.

@@ -1,4 +1,4 @@
-"""What the formats look like at their beginning."""
+"""The formats by their beginning."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -26,7 +26,7 @@ class Subject(msgspec.Struct, frozen=True):
 def subjects_of(
     path: Path, labels: Sequence[str], wanted: str | None
 ) -> tuple[list[Subject], tuple[str, ...]]:
-    """Return the subjects to read, all with the same labels, and notes about what is left out.
+    """Return the subjects to read, all with the same labels, and notes about the others.
 
     Subjects with the labels of the one that is wanted (else of the one with most markers) are performers;
     others, such as props, are left out.

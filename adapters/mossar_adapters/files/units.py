@@ -1,4 +1,4 @@
-"""What one unit of a file is in metres."""
+"""One unit of a file in metres."""
 
 from collections.abc import Mapping
 
@@ -25,7 +25,7 @@ _NAMED = {
 
 
 class Scale(msgspec.Struct, frozen=True):
-    """What to multiply the coordinates of a file with.
+    """The factor of a file's coordinates.
 
     Args:
         metres: Metres per unit of the file.
@@ -37,7 +37,7 @@ class Scale(msgspec.Struct, frozen=True):
 
 
 def metres_of(unit: str) -> float | None:
-    """Return what a unit is in metres by the names that files give it, None if it is not known.
+    """Return a unit in metres by its name in files, None if it is not known.
 
     Example:
         >>> metres_of("Millimeters")

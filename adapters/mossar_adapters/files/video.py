@@ -37,7 +37,7 @@ class Estimate(msgspec.Struct):
         positions: (n, 33, 3) float32, metres.
         times: (n,) s of the video.
         confidence: (n, 33) float32, 0 to 1.
-        notes: What the user should know.
+        notes: Notes for the user.
     """
 
     positions: NDArray[np.float32]
@@ -86,7 +86,7 @@ def _estimate(path: Path) -> Estimate:
     """Estimate where the joints of the person in a video are.
 
     Raises:
-        FileError: If it cannot be read as a video, or nobody is in it.
+        FileError: If it cannot be read as a video, or it has no performer.
         PoseError: If there are no weights.
     """
     needed("ai_edge_litert", "webcam", f"reading {path.name}")

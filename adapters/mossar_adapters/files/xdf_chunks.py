@@ -19,12 +19,12 @@ _MAX_STREAM = 512 << 20  # bytes of the one stream that is read as a whole
 
 
 class Stream(msgspec.Struct, frozen=True):
-    """What the header of a stream says.
+    """The header of a stream.
 
     Args:
         number: Its identifier.
         name: Its name.
-        type: What it holds, `MoCap` for motion capture.
+        type: Its kind, `MoCap` for motion capture.
         sample_size: Bytes of one sample without its time.
     """
 
@@ -38,7 +38,7 @@ class Chunk(msgspec.Struct, frozen=True):
     """One chunk.
 
     Args:
-        tag: What it is.
+        tag: Its kind.
         stream: Identifier of its stream, -1 if it belongs to none.
         data: All of it, length included; empty where it was skipped.
         content: Where the content begins in `data`, after tag and stream.

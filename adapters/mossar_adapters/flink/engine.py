@@ -30,7 +30,7 @@ def run(job: Job) -> None:
     """Run a job until its source ends.
 
     Args:
-        job: What to do.
+        job: The job.
 
     Raises:
         MossarError: If Flink, Java or the Kafka connector is missing.

@@ -24,7 +24,7 @@ class Line(msgspec.Struct):
     """One performer.
 
     Args:
-        segmenter: What is known of the performer.
+        segmenter: The segmenter of the performer.
         heard: When records last came, s on the caller's clock.
         due: When the caller will look after the performer, s.
     """
@@ -34,7 +34,7 @@ class Line(msgspec.Struct):
     due: float = math.inf
 
     def snapshot(self) -> bytes:
-        """Return what the engine keeps of the performer; the examples of moves are the job's."""
+        """Return the state of the performer for the engine; the examples of moves are the job's."""
         return self.segmenter.snapshot(with_moves=False)
 
 
@@ -100,7 +100,7 @@ class Following:
         return line, events
 
     def line(self, performer: str, now: float, kept: Kept) -> Line | None:
-        """Return what is known of a performer, heard `now` if that was lost; None for a stranger."""
+        """Return the state of a performer, heard `now` if that was lost; None for a stranger."""
         line = self._lines.get(performer)
         if line is None:
             blob = kept()

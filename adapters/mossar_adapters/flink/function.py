@@ -1,4 +1,4 @@
-"""Function: what Flink calls for each record and each timer of a performer.
+"""Function: the calls of Flink for each record and each timer of a performer.
 
 The state written with a record is what a restart gets with the records behind it, so the events after a failure are
 those there would have been without: byte for byte, which lets receivers drop what they get twice by id and rev.

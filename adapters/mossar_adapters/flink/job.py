@@ -1,4 +1,4 @@
-"""Job: what `mossar flink` is to do, read from a TOML file.
+"""Job: the description of a job of `mossar flink`, read from a TOML file.
 
     name = "mossar"
     parallelism = 1
@@ -201,7 +201,7 @@ def read_job(path: Path) -> Job:
     """Return the job in a file, with absolute places.
 
     Raises:
-        SettingsError: If it cannot be read, or something in it is unknown or impossible; one line says what.
+        SettingsError: If it cannot be read, or something in it is unknown or impossible; one line names it.
     """
     content = read_toml(path, "job", SettingsError)
     try:
@@ -256,7 +256,7 @@ def _check_one(name: str, table: Source | Target) -> None:
 
 
 def _explained(message: str) -> str:
-    """Turn msgspec's message into one that begins with the place in the file and names what is legal."""
+    """Turn msgspec's message into one that begins with the place in the file and names the legal values."""
     text, _, place = message.partition(" - at `")
     keys = place.rstrip("`").removeprefix("$").removeprefix(".")
     if text.startswith("Object contains unknown field"):

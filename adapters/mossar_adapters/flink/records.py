@@ -1,4 +1,4 @@
-"""Records: what a topic or a file carries; one holds a few frames of one performer.
+"""Records of a topic or a file; one holds a few frames of one performer.
 
 A record is one map, msgpack or JSON: `{v, type: "frames", performer, t: [n seconds], shape: [n, J, 3], xyz, conf?,
 first_frame?}` where `xyz` and `conf` are little-endian float32 bytes (base64 in JSON). Before the first record of a
@@ -71,7 +71,7 @@ def performer_of(record: bytes | str) -> str:
 
 
 def read_record(record: bytes | str) -> Meta | Frames:
-    """Return what a record says.
+    """Return the content of a record.
 
     Raises:
         FrameError: If it is too long, damaged, of another type, or impossible; one line says why.

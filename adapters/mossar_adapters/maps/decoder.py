@@ -25,7 +25,7 @@ class MapDecoder:
     Args:
         counters: Where gaps are counted.
         options: The user's fps and unit.
-        performer: What the user calls the performer, or None.
+        performer: The user's name of the performer, or None.
     """
 
     def __init__(self, counters: Counters, options: ReadOptions, performer: str | None = None) -> None:

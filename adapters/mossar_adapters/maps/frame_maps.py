@@ -35,7 +35,7 @@ class FrameMap(msgspec.Struct):
 
 
 class MetaMap(msgspec.Struct):
-    """What is known of a performer; fields as the interface names them.
+    """The description of a performer; fields as the interface names them.
 
     Args:
         names: Of the joints.

@@ -15,7 +15,7 @@ class MapIntake:
     Args:
         counters: Where maps of other types and gaps are counted.
         options: The user's fps and unit.
-        performer: What the user calls the performer, or None.
+        performer: The user's name of the performer, or None.
         piped: Whether arrivals may say nothing, as those of a file that is read through a pipe.
     """
 

@@ -41,7 +41,7 @@ class LineDecoder:
         self._rest = b""  # of a line whose end has not come
 
     def receive(self, data: bytes, arrival: float) -> list[Meta | Frames | Departure]:
-        """Return what is complete with these bytes; what is malformed is counted and passed over.
+        """Return the messages that these bytes complete; malformed ones are counted and skipped.
 
         Args:
             data: Any number of lines, whole or not.

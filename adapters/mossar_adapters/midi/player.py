@@ -105,7 +105,7 @@ class Player:
                 self._changed.wait(None if due is None else max(0.0, due - time.monotonic()))
 
     def _play(self, now: float) -> float | None:
-        """Send what is due; return when the next message is."""
+        """Send the messages that are due; return the time of the next one."""
         while self._endings and self._endings[0][0] <= now:
             self._write(heapq.heappop(self._endings)[1])
         if self._pulse and now >= self._until:

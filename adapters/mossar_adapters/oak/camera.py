@@ -146,8 +146,8 @@ class Camera:
         """Find, boot and start a camera; takes seconds, and longer where the model must be downloaded.
 
         Args:
-            options: What the user wants.
-            say: Told what is being done.
+            options: The user's options.
+            say: Gets the current step.
             over: Asked whether to give up.
 
         Raises:

@@ -24,7 +24,7 @@ Checklist for owners of a camera (each step takes a minute):
 
 
 def check(url: str = "oak:") -> tuple[str, bool]:
-    """Return what is there of the SDK and of cameras with the checklist for owners, and whether a camera can be used.
+    """Return the state of the SDK and of cameras with the checklist for owners, and whether a camera can be used.
 
     Args:
         url: As for `OakSource.from_url`; may name a camera.

@@ -93,7 +93,7 @@ class OakCounters(Counters):
         no_depth: Their joints without depth.
         unsure: Their joints that the network was not sure of.
         far_off: Their joints out of reach.
-        late: Frames dropped because nobody read them in time.
+        late: Frames dropped because they were not read in time.
     """
 
     people: int = 0
@@ -323,7 +323,7 @@ class OakSource:
         self._inbox.put(Frames(frame[:, :, :3].copy(), np.array([moment]), frame[:, :, 3].copy(), name))
 
     def _say(self, doing: str) -> None:
-        """Take note of what is being done, for `explain` and the log."""
+        """Note the current step, for `explain` and the log."""
         self._doing, self._since = doing, time.monotonic()
         _log.info("%s: %s", self.name, doing)
 

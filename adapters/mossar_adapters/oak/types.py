@@ -8,7 +8,7 @@ from mossar_stream import MossarError
 
 
 class CameraError(MossarError):
-    """The camera cannot be used; the message says why and what to do."""
+    """The camera cannot be used; the message has the reason and the remedy."""
 
 
 class CameraLost(CameraError):  # noqa: N818 - it is what happened
@@ -16,7 +16,7 @@ class CameraLost(CameraError):  # noqa: N818 - it is what happened
 
 
 class OakOptions(msgspec.Struct, frozen=True):
-    """What the user wants of the camera.
+    """The options of the camera.
 
     Args:
         model: Name at the maker's hub or path of an archive; empty for the platform's usual one.
@@ -32,7 +32,7 @@ class OakOptions(msgspec.Struct, frozen=True):
 
 
 class Picture(msgspec.Struct, frozen=True):
-    """What was found in one picture.
+    """The results of one picture.
 
     Args:
         number: Sequence number of the picture.

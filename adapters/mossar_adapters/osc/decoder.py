@@ -73,9 +73,9 @@ class OscDecoder:
         return self._routes.pending() or self._batch.pending
 
     def receive(self, *datagrams: Datagram) -> list[Meta | Frames | Departure]:
-        """Return what is complete with these datagrams; frames of one performer that came together make one chunk.
+        """Return the poses that these datagrams complete; frames of one performer that came together make one chunk.
 
-        What is malformed is counted, and nothing else is lost by it.
+        Malformed messages are counted, and no others are lost by them.
         """
         for datagram in datagrams:
             if self.admission.admits(datagram.host, datagram.port):

@@ -1,4 +1,4 @@
-"""The OSC frame sink: what `mossar replay` sends, in any profile that can carry positions."""
+"""The OSC frame sink of `mossar replay`, in any profile that can carry positions."""
 
 import numpy as np
 

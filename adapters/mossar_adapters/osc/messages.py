@@ -40,7 +40,7 @@ def messages(datagram: bytes) -> Iterable[tuple[str, Sequence[Any]]]:
 def numbers(arguments: Sequence[Any], start: int, count: int) -> tuple[float, ...]:
     """Return `count` arguments from `start` on as numbers; integers, floats and doubles are all welcome.
 
-    NaN passes; what is infinite, or so large that its square would be, becomes NaN.
+    NaN passes; numbers that are infinite, or have an infinite square, become NaN.
 
     Raises:
         FrameError: If there are fewer, or one is no number.

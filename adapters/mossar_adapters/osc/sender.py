@@ -9,7 +9,7 @@ _SEND_BUFFER = 1 << 20  # bytes
 
 
 class DatagramSender:
-    """Sends datagrams to one place; what the system does not take at once is counted.
+    """Sends datagrams to one place; datagrams that the system does not take at once are counted.
 
     Args:
         address: Host and port.

@@ -50,7 +50,7 @@ class OscSource:
             self.notes = (_SMALL.format(self.name, self._socket.buffer >> 10),)
 
     def skip_waiting(self) -> None:
-        """Have `items` begin with what comes from now on; how much is discarded is logged."""
+        """Discard all messages before now; their number is logged."""
         end, reached = self._socket.now, 0.0
         while reached < end and self._socket.waits():
             datagrams = self._socket.receive(0)
@@ -78,7 +78,7 @@ class OscSource:
             self._socket.close()
 
     def _received(self) -> list[Meta | Frames | Departure]:
-        """Return what is complete with what the socket has, frames that nothing more comes for included."""
+        """Return the poses that waiting datagrams complete, and frames that are closed by silence."""
         datagrams = self._socket.receive(TICK if self.decoder.pending else POLL)
         self.counters.kernel_drops = self._socket.kernel_drops
         found = self.decoder.receive(*datagrams)
@@ -92,7 +92,7 @@ class OscSource:
         return None if arrival is None else self._socket.opened + arrival
 
     def explain(self) -> str:
-        """Return one line that says what is bound, what came, and what to try."""
+        """Return one line: the bound address, the arrivals, a remedy."""
         counters = self.counters
         where = f"{self.name}: listening on UDP {self.host}:{self.port}"
         if counters.received == 0:

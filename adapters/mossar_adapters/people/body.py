@@ -1,4 +1,4 @@
-"""Body: what is known of the person in a slot, and whether a pose goes on from the one before."""
+"""Body: the state of the person in a slot, and whether a pose continues the one before."""
 
 from bisect import bisect_left
 from typing import Any, Final
@@ -65,7 +65,7 @@ class Body:
 
     @property
     def used(self) -> bool:
-        """Whether somebody has been in the slot."""
+        """Whether the slot was ever used."""
         return self.met > 0
 
     def begin(self, pose: NDArray[Any], time: float, skeleton: Skeleton | None) -> None:

@@ -1,4 +1,4 @@
-"""What programs give to `Slots`, checked: a wrong value changes nothing."""
+"""The checked input of `Slots`: a wrong value changes nothing."""
 
 import math
 from typing import Any, Final, Literal, cast
@@ -56,7 +56,7 @@ def checked_moment(ident: object, time: object) -> float:
 
 
 def checked_skeleton(ident: object, skeleton: object) -> None:
-    """Check what is announced of an id.
+    """Check the announcement of an id.
 
     Raises:
         FrameError: If the id is no text, or the skeleton none.
@@ -66,7 +66,7 @@ def checked_skeleton(ident: object, skeleton: object) -> None:
 
 
 def checked_pose(pose: ArrayLike) -> NDArray[Any]:
-    """Return a pose as floats, (J, 3) metres; what a masked array masks is missing.
+    """Return a pose as floats, (J, 3) metres; masked numbers are missing.
 
     Raises:
         FrameError: If it is none.

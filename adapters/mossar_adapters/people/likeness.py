@@ -42,7 +42,7 @@ class Likeness:
         self._bones: dict[Skeleton, Bones] = {}
 
     def against_stranger(self) -> float:
-        """Return what speaks against somebody who was never here."""
+        """Return the evidence against a new person."""
         return _ANYWHERE + _INDEPENDENT * _STRANGE
 
     def against(

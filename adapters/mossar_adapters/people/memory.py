@@ -1,4 +1,4 @@
-"""Memory: what slots know of people, as bytes, for a run that goes on after it was cut short.
+"""Memory: the people of slots as bytes, for a run that goes on after it was cut short.
 
 Ids, pins, the lengths of bones and the places where people were seen last are kept. Newcomers that are looked at are
 not: they are newcomers again.
@@ -95,7 +95,7 @@ _decoder = msgspec.msgpack.Decoder(Memory)
 
 
 def person_of(body: Body) -> Person:
-    """Return what is kept of a body."""
+    """Return the saved part of a body."""
     return Person(
         body.number,
         body.id,
@@ -117,7 +117,7 @@ def put_person(body: Body, person: Person) -> None:
 
 
 def persons_of(bodies: Sequence[Body]) -> tuple[Person, ...]:
-    """Return what is kept of the bodies that were used."""
+    """Return the saved part of the bodies that were used."""
     return tuple(person_of(body) for body in bodies if body.used)
 
 

@@ -7,7 +7,7 @@ give a free id to another person. A slot follows the body instead:
   person is not there, the slots follow the bodies.
 - An id that is new, or was away, is compared with everybody who is missing: by place for two seconds, by the lengths
   of the bones for as long as a person is remembered. If two are about equally likely, the newcomer is looked at
-  for up to two seconds. If it is nobody who was here, it gets a free slot.
+  for up to two seconds. If it is a new person, it gets a free slot.
 - Where all slots are taken it is refused.
 
 `SlotTable` is what slots remember; `Slots` decides who may be who.
@@ -232,7 +232,7 @@ class Slots(SlotTable):
         return super().restart(time, passed)
 
     def settle(self, ident: str) -> str | None:
-        """Decide on an id that is looked at, with what is known by now, and return its slot."""
+        """Decide on an observed id with the evidence up to now, and return its slot."""
         known = self._newcomers.get(ident)
         if known is None or known.refused:
             return REFUSED
@@ -323,7 +323,7 @@ class Slots(SlotTable):
 
         Args:
             newcomer: The id.
-            speaks: What speaks against its being the person of each slot.
+            speaks: The evidence against its being the person of each slot.
         """
         own = self._ids.get(newcomer.id)
         start = newcomer.first

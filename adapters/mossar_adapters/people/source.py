@@ -124,7 +124,7 @@ class PeopleSource:
 
     @property
     def recording(self) -> None:
-        """None: what is played is not the recording as it stands."""
+        """None: the played frames differ from the recording."""
         return
 
     def close(self) -> None:
@@ -137,7 +137,7 @@ class PeopleSource:
             self._skip = dict(position)
 
     def to_bytes(self) -> bytes:
-        """Return what is known of people, for `recall` of a later run."""
+        """Return the state of all people, for `recall` of a later run."""
         with self._lock:
             return _encoder.encode(_Kept(self._slots.to_bytes(), time.time()))
 
@@ -184,7 +184,7 @@ class PeopleSource:
             self._slots.pin(slot, pinned=pinned)
 
     def items(self) -> Iterator[Item]:
-        """Yield what the source yields, under the names of slots."""
+        """Yield the items of the source, under the names of slots."""
         for item in self._source.items():
             with self._lock:
                 found = self.take(item)
@@ -383,7 +383,7 @@ class PeopleSource:
         yield msgspec.structs.replace(frames, performer=slot)
 
     def _report(self) -> Iterator[Item]:
-        """Pass on, and log, what changed."""
+        """Pass on, and log, the changes."""
         self._straight.clear()
         for change in self._slots.changes():
             if change.how == "refused":
@@ -451,7 +451,7 @@ def shown(ident: str) -> str:
 
 
 def in_words(change: Change) -> str:
-    """Return what changed, in words."""
+    """Return the changes, in words."""
     text = f"{change.slot} is {shown(change.id)}"
     match change.how:
         case "place":

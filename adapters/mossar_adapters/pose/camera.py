@@ -63,7 +63,7 @@ class Camera:
         fps: Nominal rate, Hz; None if the camera does not say, or is not open yet.
 
     Raises:
-        PoseError: If it is not there or forbidden; the message says why and what to do.
+        PoseError: If it is not there or forbidden; the message has the reason and the remedy.
     """
 
     def __init__(self, options: CameraOptions, clock: Callable[[], float] = time.monotonic) -> None:
@@ -183,7 +183,7 @@ def check_camera(options: CameraOptions) -> None:
     """Check, without opening it, that a camera is there and this user may use it, as far as the system says so.
 
     Raises:
-        PoseError: If not; the message says why and what to do.
+        PoseError: If not; the message has the reason and the remedy.
     """
     obstacle = _obstacle(numbered(options))
     if obstacle:

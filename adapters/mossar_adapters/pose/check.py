@@ -1,4 +1,4 @@
-"""What there is of webcams and weights here, and what one picture of a camera gives."""
+"""The webcams and weights of this computer, and the result of one picture."""
 
 import time
 from typing import Final

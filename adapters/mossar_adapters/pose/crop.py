@@ -19,7 +19,7 @@ def crop(
         picture: (h, w, 3), BGR.
         matrix: (2, 3), from pixels of the crop to pixels of the picture.
         side: Of the crop, pixels.
-        border: What is beyond the picture, `cv2.BORDER_REPLICATE` or `cv2.BORDER_CONSTANT` (black).
+        border: The border of the picture, `cv2.BORDER_REPLICATE` or `cv2.BORDER_CONSTANT` (black).
     """
     at = np.arange(side)
     across, down = (np.add.outer(row[1] * at, row[0] * at + row[2]).astype(np.float32) for row in matrix)

@@ -30,7 +30,7 @@ _LEAST: Final = 0.5  # `min_confidence_to_refine`
 
 
 class Landmarks(msgspec.Struct, frozen=True):
-    """What the network says of one person.
+    """The output of the network for one person.
 
     Args:
         pixels: (39, 2) float64, pixels of the picture.
@@ -58,7 +58,7 @@ class Landmarker:
         self._network = Network(path)
 
     def read(self, picture: NDArray[np.uint8], region: Region, *, is_new: bool = False) -> Landmarks | None:
-        """Return the landmarks, None if nobody is there.
+        """Return the landmarks, None if there is no person.
 
         Args:
             picture: (h, w, 3), BGR.

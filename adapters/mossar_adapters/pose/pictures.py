@@ -22,7 +22,7 @@ Picture = NDArray[np.uint8]
 
 
 class Video(msgspec.Struct, frozen=True):
-    """What a video file says of itself.
+    """The metadata of a video file.
 
     Args:
         count: Pictures that it should have; 0 if it does not say.
@@ -46,7 +46,7 @@ def load_opencv() -> Any:
 
 
 def describe(path: Path) -> Video:
-    """Return what a video file says of itself.
+    """Return the metadata of a video file.
 
     Raises:
         PoseError: If it cannot be opened as a video.

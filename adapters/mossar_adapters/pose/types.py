@@ -1,4 +1,4 @@
-"""What is found in a picture, and how estimation fails."""
+"""Results of a picture, and errors of the estimation."""
 
 from typing import Final
 
@@ -18,7 +18,7 @@ MAX_PEOPLE: Final = 4
 
 
 class PoseError(MossarError):
-    """Pictures cannot be had or estimated; the message says why and what to do."""
+    """Pictures cannot be had or estimated; the message has the reason and the remedy."""
 
 
 class Body(msgspec.Struct, frozen=True):
@@ -43,7 +43,7 @@ class CameraLost(PoseError):  # noqa: N818 - it is what happened
 
 
 class CameraOptions(msgspec.Struct, frozen=True):
-    """Which camera, and what is wanted of it.
+    """A camera and its options.
 
     Args:
         device: Number, or path of a device; a file or a pipe with video stands in for one.

@@ -173,7 +173,7 @@ def weights(model: str = USUAL, say: Say = lambda _: None) -> Weights:
 
     Args:
         model: `lite`, `full` or `heavy`.
-        say: Receives what is about to be fetched, from where, how large, under which licence and where it goes.
+        say: Gets a line about the next package: its origin, size, licence and folder.
 
     Raises:
         PoseError: If they cannot be had; the message names the one command to run.

@@ -64,7 +64,7 @@ class DeferredSink:
             written.sync()
 
     def close(self) -> None:
-        """Write what is left. May be called twice."""
+        """Write the rest. May be called twice."""
         if self._sink is not None:
             self._sink.close()
 

@@ -1,4 +1,4 @@
-"""`.msk` as a sink of frames: what `mossar record` writes."""
+"""`.msk` as a sink of frames, the output of `mossar record`."""
 
 from mossar_adapters.address import Address
 from mossar_adapters.files.msk import MskWriter

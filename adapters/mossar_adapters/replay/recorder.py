@@ -20,7 +20,7 @@ _log = logging.getLogger("mossar.record")
 
 
 class Recorder:
-    """Writes what a source delivers.
+    """Writes the frames of a source.
 
     Args:
         source: Read in a thread of its own.

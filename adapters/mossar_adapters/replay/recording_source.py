@@ -22,7 +22,7 @@ class RecordingSource:
     "max" they come in the chunks of the reader, each performer's in order.
 
     Args:
-        recording: What to play.
+        recording: The recording to play.
         speed: Seconds of the recording per second, or "max".
         performer: Another name for the recording's only performer.
         loop: Whether to play it again and again; times go on, after a pause of `LOOP_PAUSE`.

@@ -24,7 +24,7 @@ class MotionSink(Protocol):
 
 
 class Replay:
-    """Sends what a source delivers.
+    """Sends the frames of a source.
 
     Args:
         source: Paces itself.

@@ -27,7 +27,7 @@ class ZmqDecoder:
 
     Args:
         options: The user's fps and unit.
-        performer: What the user calls the performer, or None.
+        performer: The user's name of the performer, or None.
 
     Example:
         >>> decoder = ZmqDecoder()
@@ -47,7 +47,7 @@ class ZmqDecoder:
         return self._intake.frames
 
     def receive(self, *messages: ZmqMessage) -> list[Meta | Frames | Departure]:
-        """Return what these messages say; what is malformed is counted and passed over."""
+        """Return the content of these messages; malformed ones are counted and skipped."""
         for message in messages:
             self.counters.received += 1
             try:

@@ -70,7 +70,7 @@ class ZmqSink:
                 self.dropped += 1
 
     def close(self) -> None:
-        """Send what is left and release the port. May be called twice."""
+        """Send the rest and release the port. May be called twice."""
         self._publisher.close()
 
 
@@ -119,7 +119,7 @@ class ZmqFrameSink:
         self._counts[frames.performer] = count + len(frames)
 
     def close(self) -> None:
-        """Send what is left and release the port. May be called twice."""
+        """Send the rest and release the port. May be called twice."""
         self._publisher.close()
 
 

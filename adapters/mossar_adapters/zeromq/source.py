@@ -1,6 +1,6 @@
 """The ZeroMQ source: SUB, connecting or binding.
 
-A socket around `ZmqDecoder`, which says what is accepted.
+A socket around `ZmqDecoder`, which defines the accepted messages.
 """
 
 import math
@@ -68,7 +68,7 @@ class ZmqSource:
         self._skipped = Skipped()
 
     def skip_waiting(self) -> None:
-        """Have `items` begin with what comes from now on; how much is discarded is logged."""
+        """Discard all messages before now; their number is logged."""
         end = self._now + _SKIPPING
         while self._now < end and (messages := list(self._waiting())):
             self._skipped.add(self.decoder.receive(*messages))
@@ -92,7 +92,7 @@ class ZmqSource:
             self._release()
 
     def explain(self) -> str:
-        """Return one line that says what is bound or connected and what came."""
+        """Return one line: the bound or connected address, and the arrivals."""
         counters = self.counters
         text = f"{self.name}: {'bound at' if self._binds else 'connecting to'} {self.endpoint}"
         if counters.received == 0:

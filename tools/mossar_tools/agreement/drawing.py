@@ -1,4 +1,4 @@
-"""A picture of agreement: what each labeller said and when, how far boundaries are apart, which names were taken for which."""
+"""A picture of agreement: the labels of each labeller, how far boundaries are apart, which names were taken for which."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -19,13 +19,13 @@ _STOLEN = 7
 
 
 class Machine(msgspec.Struct, frozen=True):
-    """What the numbers were measured on.
+    """The machine of a measurement.
 
     Args:
         cpu: Name of the processor.
         cores: That this process may use.
         system: Operating system.
-        versions: Of Python and of what is computed with.
+        versions: Of Python and of the libraries.
         load: Load average over a minute, before and after; None where the system does not tell.
         others: Cores that other processes used on average meanwhile; None where the system does not tell.
         stolen: Cores that the host of a virtual machine took away meanwhile.

@@ -1,4 +1,4 @@
-"""Measurement: a number from repeated runs, by both clocks, and what it should be."""
+"""Measurement: a number from repeated runs, by both clocks, and its target."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -13,7 +13,7 @@ HALF = 2.0  # by how much a target may be missed while neighbours load the machi
 
 
 class Target(msgspec.Struct, frozen=True):
-    """What a number should be.
+    """The target of a number.
 
     Args:
         limit: In the measurement's unit.
@@ -41,11 +41,11 @@ class Measurement(msgspec.Struct, frozen=True):
 
     Args:
         part: Which of the measures it belongs to.
-        name: What was measured.
+        name: The measured quantity.
         unit: Of the values.
         wall: One value for each run, by the wall clock, or of what has no clock.
         cpu: The same by processor time; empty where that says nothing.
-        target: What it should be.
+        target: Its target.
         note: For people to read.
     """
 
@@ -70,7 +70,7 @@ class Measurement(msgspec.Struct, frozen=True):
 
 
 class Timing(msgspec.Struct, frozen=True):
-    """What one run took.
+    """The time of one run.
 
     Args:
         wall: s.
@@ -82,7 +82,7 @@ class Timing(msgspec.Struct, frozen=True):
 
 
 def timed(run: Callable[..., object], *arguments: object) -> Timing:
-    """Return what a call took."""
+    """Return the time of a call."""
     cpu, wall = time.process_time(), time.perf_counter()
     run(*arguments)
     return Timing(time.perf_counter() - wall, time.process_time() - cpu)

@@ -1,4 +1,4 @@
-"""Measures: what `mossar bench` measures, in the order of the table."""
+"""Measures of `mossar bench`, in the order of the table."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib import import_module

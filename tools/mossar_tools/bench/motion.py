@@ -1,4 +1,4 @@
-"""Motion: what is pushed in, real or of the built-in performer, and endless.
+"""Motion: endless frames to push, real or of the built-in performer.
 
 A recording is played to and fro, so that it goes on for any number of frames without a jump.
 """

@@ -57,7 +57,7 @@ def waits(
     """Push frames one by one.
 
     Args:
-        motion: What is pushed.
+        motion: The frames to push.
         frames: How many, after the warm-up.
         form: Makes of a frame, float32 and contiguous, and its time what is handed over.
 

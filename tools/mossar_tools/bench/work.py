@@ -1,4 +1,4 @@
-"""Work: what there is to measure with, and how thoroughly."""
+"""Work: the material of the measures, and their thoroughness."""
 
 from collections.abc import Callable, Sequence
 
@@ -11,7 +11,7 @@ from mossar_tools.bench.motion import JOINTS, Motion, joined, performer, to_and_
 
 
 class Work(msgspec.Struct, frozen=True):
-    """What the measures share.
+    """The shared material of the measures.
 
     Args:
         motions: Each is gone through; the first one where one is enough.
@@ -19,7 +19,7 @@ class Work(msgspec.Struct, frozen=True):
         recordings: Real recordings of the first motion, as they are; the performer's where there are none.
         repeats: How often each run is repeated.
         quick: Whether to look only whether everything works.
-        on_progress: Gets what is being done, for a status line.
+        on_progress: Gets the current step, for a status line.
     """
 
     motions: list[Motion]

@@ -1,4 +1,4 @@
-"""`mossar adapters`: what can be read and written."""
+"""`mossar adapters`: readable and writable formats."""
 
 import argparse
 import time
@@ -95,7 +95,7 @@ def _devices(scheme: "Scheme") -> list[str]:
 
 
 def _check(url: str, options: Options, console: Console) -> int:
-    """Open a source, listen, and say what came."""
+    """Open a source, listen, and report the arrivals."""
     from mossar_tools.opening import recording_of, source_of
 
     if parse_url(url).scheme in {"oak", "webcam"}:

@@ -82,7 +82,7 @@ def run(options: Options, console: Console) -> int:
 
 
 def _labellers(sources: Sequence[str]) -> list[str]:
-    """Return what to call each labeller: the file's name, with as much of its path as tells them apart."""
+    """Return the name of each labeller: the file's name, with as much of its path as tells them apart."""
     paths = [Path(source) for source in sources]
     for depth in range(1, max(len(path.parts) for path in paths) + 1):
         found = ["/".join(path.parts[-depth:]) for path in paths]

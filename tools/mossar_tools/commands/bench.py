@@ -54,7 +54,7 @@ def measured(options: Options, console: Console, measures: Measures) -> int:
     """Measure, put everything out, and return the exit status.
 
     Args:
-        options: What the user wants.
+        options: The user's options.
         console: Where words go.
         measures: What there is to measure.
     """

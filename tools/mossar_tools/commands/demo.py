@@ -14,7 +14,7 @@ INTRODUCTION = (
     "A built-in performer rests, walks, punches, kicks, jumps. mossar sees the joints only, and finds where one move ends "
     "and the next begins: a key frame. ✓ marks a change of move, · a single movement within one."
 )
-DESCRIPTION = """A built-in performer rests, walks, punches, kicks, jumps. The terminal shows when it moves and rests, and each
+DESCRIPTION = """Show a built-in performer that rests, walks, punches, kicks and jumps. The terminal shows when it moves and rests, and each
 key frame once it is decided, with a mark at true changes of move."""
 COMMON = (
     "--help",

@@ -129,7 +129,7 @@ def _is_of_moves(options: Options) -> bool:
 
 
 def _moves(options: Options, console: Console, outputs: Outputs, settings: Settings) -> int:
-    """Show what comes of moves on command, and of segmented examples."""
+    """Show the results of moves on command, and of segmented examples."""
     from mossar_tools.evaluation.moves_report import evaluate_moves, moves_json, moves_lines, moves_rows
 
     if options.plot:
@@ -145,7 +145,7 @@ def _moves(options: Options, console: Console, outputs: Outputs, settings: Setti
 
 
 def _stretched(options: Options, console: Console, outputs: Outputs, settings: Settings) -> int:
-    """Show what final key frames reach on recordings that are stretched in time."""
+    """Show the scores of final key frames on recordings that are stretched in time."""
     from mossar_tools.evaluation.report import as_json
     from mossar_tools.evaluation.sets import load_sets
     from mossar_tools.evaluation.stretching import score_stretched, stretched_sets, stretching_table

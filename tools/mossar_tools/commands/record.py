@@ -1,4 +1,4 @@
-"""`mossar record`: write what arrives to a file that replay reproduces."""
+"""`mossar record`: write arriving frames to a file that replay reproduces."""
 
 import argparse
 from pathlib import Path

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from mossar_stream import Example, Moves
 
 DESCRIPTION = """Show moves that are recognised later. Live: rest, do the move, rest; it says when each example was
-taken, and saves them together. From a recording: the movements in it, a part of it, or what a table names.
+taken, and saves them together. From a recording: the movements in it, a part of it, or the moves of a table.
 A pose that is held (--pose): rest, take the pose, hold it."""
 COMMON = (
     "--help",
@@ -300,7 +300,7 @@ def _apply_rules(options: Options, moves: "Moves") -> None:
 
 
 def _rule_text(moves: "Moves", name: str) -> str:
-    """Return what is not as usual in how a move is recognised."""
+    """Return the unusual rules of a move."""
     rule, usual = moves.rule(name), MoveRule()
     parts = [f"strict {rule.strict:g}"] if rule.strict != usual.strict else []
     parts += [f"again after {rule.again:g} s"] if rule.again else []

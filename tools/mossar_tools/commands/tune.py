@@ -176,7 +176,7 @@ def _between(ranked: "list[KeyFrame]", count: int) -> float:
 
 
 def _save(path: Path, settings: Settings, strength: float) -> None:
-    """Write what --config takes."""
+    """Write a file for --config."""
     try:
         with Draft(path) as draft:
             draft.path.write_text(as_toml(settings, strength, strength), encoding="utf-8")

@@ -10,7 +10,7 @@ from mossar_tools.errors import DONE
 from mossar_tools.options import Options, add_body, add_messages, add_page, add_settings, add_stream
 
 POINTER: Final = "mossar webcam is now: mossar view webcam:browser; this name stays for one more release"
-DESCRIPTION = """The former name of mossar view webcam:browser; it stays for one more release. The browser's camera is the
+DESCRIPTION = """Show the page of mossar view webcam:browser, under its former name, which stays for one more release. The browser's camera is the
 sensor of the page: choose a camera, see the mirrored picture with the skeleton, count and verdict. Pictures stay in the
 browser. --to names the sinks of events, as with mossar run. A camera without a browser: mossar run webcam:"""
 EXAMPLES = """  mossar webcam                                         opens the page; key frames in the terminal

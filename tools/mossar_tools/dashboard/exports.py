@@ -1,4 +1,4 @@
-"""Exports: what the browser downloads, the key frames as a table and the whole take as a picture."""
+"""Exports: the downloads of the browser, the key frames as a table and the whole take as a picture."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Glimpse: what there is to see of one performer at one moment."""
+"""Glimpse: the view of one performer at one moment."""
 
 import msgspec
 import numpy as np

@@ -1,4 +1,4 @@
-"""Levels: what their names and their numbers mean on the page.
+"""Levels: their names and numbers on the page.
 
 A named level is what `--level` gives: a strength and the bundle of features that the strengths are of. A number is a
 strength within the bundle that is in force; it never borrows a name from another one.
@@ -34,7 +34,7 @@ def level_words(settings: Settings, level: LevelName | float, strength: float, c
     Args:
         settings: Those in force.
         level: A name or a strength.
-        strength: What it stands for.
+        strength: Its strength.
         count: Number of key frames asked for instead; None if none was.
 
     Example:

@@ -201,7 +201,7 @@ class LiveShow:
         return self._said or WAITING
 
     def glimpses(self) -> list[Glimpse]:
-        """Return what there is to see, one performer each."""
+        """Return the view, one performer each."""
         with self._lock:
             self._read_samples()
             if self.frozen:
@@ -305,7 +305,7 @@ class LiveShow:
         """Keep a slot for its person, or no longer.
 
         Raises:
-            SettingsError: If there is no such slot, or nobody was in it.
+            SettingsError: If there is no such slot, or it was never used.
         """
         if self._pipeline is not None:
             pin(self._pipeline, slot, pinned=pinned)

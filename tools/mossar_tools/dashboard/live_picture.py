@@ -21,7 +21,7 @@ def live_picture(
     level: tuple[float, str],
     palette: Palette,
 ) -> bytes:
-    """Return what there is to see of a performer as a PNG.
+    """Return the view of a performer as a PNG.
 
     Args:
         glimpse: The performer now.

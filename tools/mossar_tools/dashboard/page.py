@@ -39,7 +39,7 @@ class Page:
     """Serves the dashboard and draws into it until it is closed.
 
     Args:
-        show: What there is to see.
+        show: The show to draw.
         port: Where; the next free one if it is in use, 0 for any.
         dark: Whether to begin in dark.
         folder: Where files of the buttons are written.

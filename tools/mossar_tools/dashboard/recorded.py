@@ -32,7 +32,7 @@ _POINTS = 900  # of the curve
 
 
 class _Segmented(msgspec.Struct, frozen=True):
-    """What was found in a recording.
+    """The results of a recording.
 
     Args:
         result: Key frames and their hierarchy.
@@ -204,7 +204,7 @@ class RecordedShow:
             return [part.chart for part in self._parts]
 
     def glimpses(self) -> list[Glimpse]:
-        """Return what there is to see at the playhead, one performer each."""
+        """Return the view at the playhead, one performer each."""
         place = self.player.place
         with self._lock:
             return [self._glimpse(part, place) for part in self._parts if len(part.found.columns)]

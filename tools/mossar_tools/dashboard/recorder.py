@@ -1,4 +1,4 @@
-"""Recorder: what the button writes, frames into `.msk` files that are never overwritten."""
+"""Recorder: the output of the button, frames into `.msk` files that are never overwritten."""
 
 import threading
 from pathlib import Path

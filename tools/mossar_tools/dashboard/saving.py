@@ -14,7 +14,7 @@ def save_settings(folder: Path, settings: Settings, level: LevelName | float, st
         folder: Where to.
         settings: As they are now; `level` as it was at the start.
         level: As it is now.
-        strength: What `level` stands for.
+        strength: The strength of `level`.
 
     Raises:
         MossarError: If it cannot be written.

@@ -1,4 +1,4 @@
-"""Tally: what one performer has done since the page was opened, over all takes."""
+"""Tally: counts of one performer since the page was opened, over all takes."""
 
 import msgspec
 
@@ -6,7 +6,7 @@ from mossar_stream import BODY, Event, FollowEvent, MoveEvent, PoseEvent, Repeti
 
 
 class Count(msgspec.Struct, frozen=True):
-    """What was counted.
+    """The counts.
 
     Args:
         followed: Performances that were done, by the name of the move that is followed.
@@ -63,7 +63,7 @@ class Tally:
 
     @property
     def count(self) -> Count:
-        """What was counted so far."""
+        """The counts so far."""
         total = max(self._before + self._total, 0) if self._repeats else None
         return Count(dict(self._followed), dict(self._moves), self._latest, total, self._tempo, self._held)
 

@@ -1,4 +1,4 @@
-"""Tasks: what people ask for, carried out one after another.
+"""Tasks: requests of people, carried out one after another.
 
 viser calls back from a pool of threads, where two presses of a key may read the same number and both add one to it,
 and an old place of a slider may overtake a newer one. Here one thread does all of it, in the order of arrival.

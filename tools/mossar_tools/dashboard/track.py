@@ -43,7 +43,7 @@ _KEPT = ("confirmed", "restored", "final")
 
 
 class _Key(msgspec.Struct):
-    """What is known of a key frame."""
+    """The state of a key frame."""
 
     event: KeyFrameEvent
     delay: float | None = None  # s
@@ -137,7 +137,7 @@ class Track:
         self._samples.append(state)
 
     def glimpse(self, level: float, statistics: list[tuple[str, str]]) -> Glimpse | None:
-        """Return what there is to see; None before the first sample.
+        """Return the view; None before the first sample.
 
         Args:
             level: Strength from which key frames are shown as kept.

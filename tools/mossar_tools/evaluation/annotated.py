@@ -64,7 +64,7 @@ def annotated_cuts(
     Args:
         path: The file.
         wanted: Name of the tier; None for `segments LEVEL`, `segments` or `key frames`, or else the only one.
-        level: What the cuts part.
+        level: The level of the cuts.
         times: Of the frames, s; annotations count from the first.
         gap: How far an end and the next begin may be apart, s.
 

@@ -1,4 +1,4 @@
-"""Chance: what is reached without looking at the motion, or at what the key frames part.
+"""Chance: scores without regard to the motion, or to the segments between key frames.
 
 Scores mean little without these beside them.
 """

@@ -30,7 +30,7 @@ Moment = float  # a frame, or s
 
 
 class LabelError(MossarError):
-    """A labelled folder cannot be used; the message names the file and what to do."""
+    """A labelled folder cannot be used; the message names the file and the remedy."""
 
 
 class Labels(msgspec.Struct, frozen=True):
@@ -45,7 +45,7 @@ class Labels(msgspec.Struct, frozen=True):
         cuts_in: What the numbers of `cuts` and `judges` are; None takes them for frames if that can be.
         fps: Rate, Hz; None takes the recording's.
         tolerance_s: How far from a cut a key frame still hits it, s.
-        level: What the cuts part.
+        level: The level of the cuts.
         skeleton: Path from the label file's folder.
         unit: Of the recording's coordinates.
         bandwidth_s: Standard deviation of the density kernel over judges, s.

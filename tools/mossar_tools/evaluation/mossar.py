@@ -54,7 +54,7 @@ def stream(take: Take, settings: Settings, status: str) -> Detection:
     """Return the key frames of a take that is streamed, as they are when they reach a status.
 
     Args:
-        take: What is streamed.
+        take: The take to stream.
         settings: Of the segmenter; the level is the take's.
         status: `confirmed` (before remerging) or `final`.
     """

@@ -1,4 +1,4 @@
-"""Moves report: what came of sessions and of segmented examples, as tables and as one JSON object."""
+"""Moves report: results of sessions and of segmented examples, as tables and as one JSON object."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -37,7 +37,7 @@ side: hits of moves that are called left or right with a limb of that side"""
 
 
 class Choice(msgspec.Struct, frozen=True):
-    """What came of all sessions with some of the examples.
+    """The results of all sessions with some of the examples.
 
     Args:
         examples: Which of each move.

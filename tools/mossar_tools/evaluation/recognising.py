@@ -1,4 +1,4 @@
-"""Recognising: what comes of the moves of sessions, and of segmented examples of other people."""
+"""Recognising: results of the moves of sessions, and of segmented examples of other people."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -30,7 +30,7 @@ class Hit(msgspec.Struct, frozen=True):
 
 
 class Outcome(msgspec.Struct, frozen=True):
-    """What came of one session.
+    """The results of one session.
 
     Args:
         session: Its name.

@@ -27,7 +27,7 @@ def tables(groups: Mapping[str, Sequence[Take]], rows: Mapping[str, Sequence[Row
 
     Args:
         groups: Takes by group.
-        rows: What was reached, by group.
+        rows: The scores, by group.
     """
     for group, takes in groups.items():
         cuts = sum(len(take.cuts) for take in takes)

@@ -57,7 +57,7 @@ class Session(msgspec.Struct, frozen=True):
 
 
 class Examples(msgspec.Struct, frozen=True):
-    """What one player showed.
+    """The examples of one player.
 
     Args:
         shown: By move.

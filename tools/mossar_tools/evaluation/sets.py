@@ -1,4 +1,4 @@
-"""Sets: several labelled folders beside each other, and what is reached on one that was left out of every choice."""
+"""Sets: several labelled folders beside each other, and the scores of one that was left out of every choice."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -55,7 +55,7 @@ def compare_sets(
     Args:
         sets: Takes by the name of the set.
         settings: What they are segmented with; the level is that of each take.
-        on_progress: Gets what is being done, for a status line.
+        on_progress: Gets the current step, for a status line.
         leave_out: Whether to add what is reached with the strength that serves the other sets of the level best.
     """
     rows = {name: trial(takes, set_methods(settings), on_progress) for name, takes in sets.items()}

@@ -61,7 +61,7 @@ def named(name: str, factor: float) -> str:
 def score_stretched(
     sets: Mapping[str, Sequence[Take]], settings: Settings, on_progress: Callable[[str], None]
 ) -> dict[str, list[Row]]:
-    """Return what the final key frames of a stream reach on each set."""
+    """Return the scores of a stream's final key frames on each set."""
     final = set_methods(settings)[:1]
 
     def score(name: str, takes: Sequence[Take]) -> list[Row]:

@@ -37,7 +37,7 @@ def draw_strips(
     Args:
         path: `.png`, `.svg` or `.pdf`.
         groups: Takes by group.
-        rows: What was reached, by group.
+        rows: The scores, by group.
         settings: For the curve.
         palette: Colours.
 

@@ -25,7 +25,7 @@ class Take(msgspec.Struct, frozen=True):
     Args:
         name: For the tables.
         group: Takes of a group are averaged: the level, and what else sets them apart.
-        level: What the cuts part.
+        level: The level of the cuts.
         skeleton: The joints.
         fps: Nominal rate, Hz.
         positions: (n, J, 3) m, NaN where a joint is missing.
@@ -115,7 +115,7 @@ def cuts_of(
     Args:
         path: The file.
         times: Of the recording's frames, s.
-        level: What the cuts part, for annotations that do not say it.
+        level: The level of the cuts, for annotations that do not say it.
         tier: Of an annotation file; see `annotated_cuts`.
 
     Raises:

@@ -12,7 +12,7 @@ from mossar_tools.evaluation.takes import Take
 
 
 class Outcome(msgspec.Struct, frozen=True):
-    """What a method reached on a take.
+    """The scores of a method on a take.
 
     Args:
         take: Name of the take.
@@ -28,7 +28,7 @@ class Outcome(msgspec.Struct, frozen=True):
 
 
 class Row(msgspec.Struct, frozen=True):
-    """What a method reached on a group of takes.
+    """The scores of a method on a group of takes.
 
     Args:
         method: Name of the method.
@@ -54,12 +54,12 @@ def groups_of(takes: Sequence[Take]) -> dict[str, list[Take]]:
 def trial(
     takes: Sequence[Take], methods: Sequence[Method], on_progress: Callable[[str], None] = lambda _: None
 ) -> list[Row]:
-    """Return what each method reached on a group of takes.
+    """Return the scores of each method on a group of takes.
 
     Args:
         takes: The takes of one group.
         methods: The methods.
-        on_progress: Gets what is being done, for a status line.
+        on_progress: Gets the current step, for a status line.
     """
     rows = []
     for method in methods:

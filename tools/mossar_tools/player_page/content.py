@@ -1,4 +1,4 @@
-"""Content: the page's own files, its colours, and what it may do."""
+"""Content: the page's own files, its colours, and its permissions."""
 
 from collections.abc import Callable, Iterable, Mapping
 from importlib.resources import files
@@ -40,7 +40,7 @@ def colours() -> bytes:
 
 
 def policy(lines: Iterable[str]) -> str:
-    """Return what the page may do: nothing outside this computer.
+    """Return the permissions of the page: nothing outside this computer.
 
     Args:
         lines: URLs that it may connect to, beside its own server.

@@ -83,8 +83,8 @@ def open_player_page(
 
     Args:
         server: Of the page.
-        show: What there is to see.
-        options: What the user wants.
+        show: The show to draw.
+        options: The user's options.
         pictures: Return the latest picture of each camera of this computer.
         opened: Closes the page and the dashboard.
     """

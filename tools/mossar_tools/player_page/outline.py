@@ -30,7 +30,7 @@ _PARTS: Final = {"elbow": "elbow", "wrist": "hand", "knee": "knee", "ankle": "fo
 
 
 class Outline(msgspec.Struct, frozen=True):
-    """What is drawn of a skeleton of J joints.
+    """The drawing of a skeleton of J joints.
 
     Args:
         places: Two joints for each of the n points; a point lies in the middle of its two.
@@ -84,7 +84,7 @@ class Outline(msgspec.Struct, frozen=True):
 
 @lru_cache(maxsize=64)
 def outline_of(skeleton: Skeleton) -> Outline:
-    """Return what is drawn of a skeleton."""
+    """Return the drawing of a skeleton."""
     places = joint_places(skeleton)
     if not all(corner in places for corner in _CORNERS):
         own = tuple((joint, joint) for joint in range(len(skeleton)))

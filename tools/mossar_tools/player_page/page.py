@@ -30,7 +30,7 @@ Preview = Callable[[], "Seen | None"]
 
 
 class _Performer:
-    """What the page remembers of a performer."""
+    """The memory of the page of a performer."""
 
     def __init__(self, now: float) -> None:
         self.judge = Judge()
@@ -45,7 +45,7 @@ class PlayerPage:
 
     Args:
         server: To be attached.
-        show: What there is to see.
+        show: The show to draw.
         preview: Returns the latest picture of a camera of this computer; None if there is none.
         model: Of the networks that estimate the camera's pictures; empty if there is none.
         open_dashboard: Opens the dashboard and returns its port; None if there is none.

@@ -37,7 +37,7 @@ Say = dict[str, Any]
 
 
 class Asked(msgspec.Struct, forbid_unknown_fields=True):
-    """What a window asks for.
+    """A request of a window.
 
     Args:
         do: `next` for the next state, `teach`, `cancel`, `keep`, `undo`, `forget`, `again`.

@@ -1,4 +1,4 @@
-"""State: what the page shows of one performer at one moment, as a map for its script."""
+"""State: the page's view of one performer at one moment, as a map for its script."""
 
 from typing import Any, Final
 
@@ -15,7 +15,7 @@ State = dict[str, Any]
 
 
 def state_of(glimpse: Glimpse, judge: Judge, seconds: float) -> State:
-    """Return what is shown of a performer.
+    """Return the shown part of a performer.
 
     Args:
         glimpse: Of the performer.

@@ -40,7 +40,7 @@ class SingleJoints:
     """Puts the joints of a profile's performers together to frames.
 
     Args:
-        context: What is known of the source.
+        context: The source as its profiles know it.
         scaling: Takes (n, J, 3) raw positions of the first frames and returns factor (3,) and the scale. The first
             performer of a sender is measured; one sensor has one unit, and the same place is the same for all ids.
         parents: Finds parents and root of named joints.

@@ -1,4 +1,4 @@
-"""What every profile is: OSC messages in, metas, poses and leavings out."""
+"""The protocol of profiles: OSC messages in, metas, poses and leavings out."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
@@ -41,7 +41,7 @@ class Profile(Protocol):
         """Return whether `auto` should hand this message over."""
 
     def receive(self, message: Message) -> Items:
-        """Return what is complete with this message, in order.
+        """Return the poses that this message completes, in order.
 
         Raises:
             FrameError: If it is malformed; nothing that was complete is lost by it.
@@ -55,7 +55,7 @@ class Profile(Protocol):
 
 
 class Context(msgspec.Struct):
-    """What profiles know of the source that they belong to.
+    """The source as its profiles know it.
 
     Args:
         address: The URL, for options.

@@ -51,7 +51,7 @@ class Routes:
         self._known: dict[str, Profile] = {}  # by address, where that alone decides
 
     def receive(self, message: Message) -> Items | None:
-        """Return what is complete with a message, None if it fits no profile.
+        """Return the poses that a message completes, None if it fits no profile.
 
         Raises:
             FrameError: If it is malformed.
