@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 MAX_CLIENTS: Final = 16  # connections; beyond them the oldest is cut off
 PATIENCE: Final = 5.0  # s that a client may be silent
+_WAITING: Final = 64  # connections that the system keeps until they are accepted
 _FRAMES = {
     "frames": "Frames processed",
     "out_of_order": "Frames dropped because they came late or twice",
@@ -52,6 +53,7 @@ class Metrics:
             self._server, self._thread = start_http_server(port, host, registry)
         except OSError as error:
             raise MossarError(f"--metrics {host}:{port}: {_why(error)}") from None
+        self._server.socket.listen(_WAITING)  # the library lets 5 wait, and a burst of others would fill that
         self._server.RequestHandlerClass = _bounded(self._server.RequestHandlerClass)
         self.port = int(self._server.server_port)
         self.url = f"http://{host}:{self._server.server_port}/metrics"
