@@ -220,6 +220,8 @@ def _meant(name: str) -> str:
 def _run(arguments: list[str], terminal: Console) -> int:
     if arguments and arguments[0] == "help":
         arguments = [*arguments[1:2], "--help"]
+    if len(arguments) == 2 and arguments[0] in {"-h", "--help"} and arguments[1] in COMMANDS:
+        arguments = [arguments[1], "--help"]
     # What stands before the command's name can only be --help or --version.
     if not arguments or (arguments[0].startswith("-") and arguments[0] != "-"):
         return _run_without_command(arguments or ["--help"], terminal)
