@@ -71,7 +71,8 @@ def answers(
         if own.repetitions:
             yield from _repetitions(f" of {name.replace('_', ' ')}", own, zero)
     yield from _followed(result, zero)
-    for move in result.moves:
+    followed = {event.name for event in result.followed}  # which has its own lines
+    for move in (move for move in result.moves if move.name not in followed):
         yield f"{move.name}, {move.limb.replace('_', ' ')}, {_span(move.start, move.end, zero)}"
     yield from _poses(result, zero)
     if result.settings.steps:
