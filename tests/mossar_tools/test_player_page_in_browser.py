@@ -288,7 +288,7 @@ def pipe(tmp_path):
     from mossar_adapters.pose.weights import kept
 
     if not hasattr(os, "mkfifo") or kept() is None:
-        pytest.skip("the weights are not here: mossar webcam --get-model")
+        pytest.skip("the weights are not here: mossar adapters --get-model")
     path = tmp_path / "camera.mjpeg"
     os.mkfifo(path)
     picture = np.full((360, 640, 3), 128, np.uint8)

@@ -39,11 +39,11 @@ COMMANDS: Final[dict[str, str]] = {
     "bench": "speed, delay and memory on this machine",
     "replay": "send a recording as a live stream of frames",
     "record": "write arriving frames to a file for replay",
-    "adapters": "formats and protocols, missing extras; --check URL tries one",
+    "adapters": "formats and protocols, missing extras; --check URL tries one; weights for cameras",
     "flink": "live streams of many performers on Apache Flink",
     "schema": "the JSON Schema of the events",
     "completion": "completion by the Tab key, for bash, zsh and tcsh",
-    "webcam": "--get-model fetches the weights; its page is mossar view webcam: now",
+    "webcam": "the former name of mossar view webcam:browser",
 }
 STREAMED: Final = (
     "run",
