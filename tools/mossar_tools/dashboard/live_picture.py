@@ -12,6 +12,7 @@ from mossar_tools.dashboard.glimpse import Glimpse, Mark
 from mossar_tools.excerpt import Excerpt
 from mossar_tools.palette import Palette
 from mossar_tools.plot import draw_excerpt
+from mossar_tools.wording import strongest
 
 
 def live_picture(
@@ -75,5 +76,5 @@ def excerpt_of(glimpse: Glimpse, marks: list[Mark], level: tuple[float, str]) ->
         level=level[0],
         level_name=f"{level[1]}\n{level[0]:.2f}",
         about=f"the last {glimpse.end - glimpse.start:.0f} s, {len(glimpse.skeleton)} joints; "
-        f"{len(kept)} of {len(keys)} key frames stand",
+        f"{strongest(len(kept), len(keys))}",
     )
