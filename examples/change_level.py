@@ -1,5 +1,6 @@
 """Ask a running mossar for its counters, and change its level: `mossar run SOURCE --control zmq+bind://127.0.0.1:5560`."""
 
+import json
 import sys
 
 import zmq
@@ -11,7 +12,7 @@ with zmq.Context() as context, context.socket(zmq.REQ) as asking:
     asking.connect(ENDPOINT)
     for request in ({"get": "stats"}, {"set": {"level": "posture"}}, {"get": "settings"}):
         asking.send_json(request)
-        answer = asking.recv_json()
+        answer = json.loads(asking.recv())
         if not answer["ok"]:
             sys.exit(answer["error"])
         print(request, "->", answer["value"])

@@ -18,7 +18,7 @@ def said(event: FollowEvent) -> str:
     mind = (
         f"mind the {event.limb.replace('_', ' ')}, {angle:.0f} degrees off" if angle > STRAYS else "well done"
     )
-    shallow = [name.replace("_", " ") for name, share in event.range.items() if share < 0.8]
+    shallow = [name.replace("_", " ") for name, share in (event.range or {}).items() if share < 0.8]
     depth = f", farther with the {' and the '.join(shallow)}" if shallow else ""
     tempo = "slower, please" if event.tempo > 1.3 else "faster, please" if event.tempo < 0.7 else "good tempo"
     return f"{event.count}: {mind}{depth}, {tempo}, score {event.score:.2f}"

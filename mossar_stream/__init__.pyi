@@ -91,7 +91,6 @@ from mossar_stream.settings import Smoothing as Smoothing
 from mossar_stream.settings import Up as Up
 from mossar_stream.settings import VarianceFloor as VarianceFloor
 from mossar_stream.settings.meta import SettingMeta as SettingMeta
-from mossar_stream.similarity.comparison import Comparison as Comparison
 from mossar_stream.skeleton import MAX_JOINTS as MAX_JOINTS
 from mossar_stream.skeleton import MAX_NAME as MAX_NAME
 from mossar_stream.skeleton import Skeleton as Skeleton

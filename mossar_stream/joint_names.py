@@ -234,9 +234,8 @@ def _read_words(words: tuple[str, ...], shared: set[str]) -> JointName:
         return JointName("", joined, "", words, 0)
     side = {"l": "left", "r": "right"}.get(sides[0][0], "") if len(sides) == 1 else ""
     rest = tuple(word for word in words if word not in sides) if side else words
-    passed_over = shared & {
-        "joint"
-    }  # where all are joints, a hip joint is a hip; Acclaim's is a bone above it
+    # Where all are joints, a hip joint is a hip; Acclaim's is a bone above it.
+    passed_over = shared & {"joint"}
     for extra, idle in enumerate((frozenset[str](), _IDLE, frozenset(shared))):
         passed_over |= idle
         kept = [word for word in rest if word not in passed_over]
@@ -289,10 +288,11 @@ def _find(names: tuple[str, ...]) -> dict[str, int]:
         slot = f"{side}_{part}" if side else part
         for key in keys.split():
             joint = _of_key(places, read, key, side)
+            # Else it is the leg above it.
             is_knee = (part, key) == (
                 "hip",
                 "leg",
-            ) and f"{side}_knee" not in found  # else it is the leg above it
+            ) and f"{side}_knee" not in found
             if joint is not None and joint not in found.values() and not is_knee:
                 found[slot] = joint
                 break

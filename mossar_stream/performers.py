@@ -99,9 +99,8 @@ class Performers:
         self._most = most
         self._workspace = Workspace()
         self._pending: list[Event] = []  # of those who left, and of a call that an exception cut short
-        self._segmenters: OrderedDict[str, Segmenter] = (
-            OrderedDict()
-        )  # in the order in which they were last used
+        # In the order in which they were last used.
+        self._segmenters: OrderedDict[str, Segmenter] = OrderedDict()
         self._absent: dict[str, _Absent] = {}  # in the order in which they left
         self._first_take = (
             0  # of newcomers: after all takes of those who were forgotten, so that ids stay unique

@@ -1,13 +1,14 @@
 """What Prometheus may ask a running pipeline for, over HTTP."""
 
+import contextlib
 import errno
-import threading
+import socket
+from collections import deque
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from mossar_adapters.abilities import Drops, offered
 from mossar_adapters.extras import needed
-from mossar_adapters.metrics_server import MetricsServer
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.pipeline.counting import counters_of
 from mossar_stream import MossarError
@@ -15,6 +16,8 @@ from mossar_stream import MossarError
 if TYPE_CHECKING:
     from prometheus_client.core import Metric
 
+MAX_CLIENTS: Final = 16  # connections; beyond them the oldest is cut off
+PATIENCE: Final = 5.0  # s that a client may be silent
 _FRAMES = {
     "frames": "Frames processed",
     "out_of_order": "Frames dropped because they came late or twice",
@@ -39,18 +42,17 @@ class Metrics:
 
     def __init__(self, pipeline: Pipeline, port: int, host: str = "127.0.0.1") -> None:
         needed("prometheus_client", "metrics", "--metrics")
-        from prometheus_client import CollectorRegistry, ProcessCollector, make_wsgi_app
+        from prometheus_client import CollectorRegistry, ProcessCollector, start_http_server
 
         self._pipeline = pipeline
         registry = CollectorRegistry()
         registry.register(self)
         ProcessCollector(registry=registry)
         try:
-            self._server = MetricsServer(host, port, make_wsgi_app(registry))
+            self._server, self._thread = start_http_server(port, host, registry)
         except OSError as error:
             raise MossarError(f"--metrics {host}:{port}: {_why(error)}") from None
-        self._thread = threading.Thread(target=self._server.serve_forever, name="metrics", daemon=True)
-        self._thread.start()
+        self._server.RequestHandlerClass = _bounded(self._server.RequestHandlerClass)
         self.port = int(self._server.server_port)
         self.url = f"http://{host}:{self._server.server_port}/metrics"
 
@@ -69,9 +71,9 @@ class Metrics:
         latency = GaugeMetricFamily(
             "mossar_latency_seconds", "From a frame to its events", labels=["performer", "quantile"]
         )
-        for name, delays in list(pipeline.latency.items()):
-            for quantile, ms in zip(("0.5", "0.99"), delays.quantiles_ms() or (), strict=False):
-                latency.add_metric([name, quantile], ms / 1000)
+        for performer in list(pipeline.performers.values()):
+            for quantile, ms in zip(("0.5", "0.99"), performer.latency.quantiles_ms() or (), strict=False):
+                latency.add_metric([performer.name, quantile], ms / 1000)
         yield latency
         yield from self._ends()
 
@@ -109,6 +111,34 @@ class Metrics:
         yield GaugeMetricFamily(
             "mossar_outputs_failed", "Sinks that get no more events", len(pipeline.outcome.dead_sinks)
         )
+
+
+def _bounded(handler: Any) -> Any:
+    """Return a handler of requests that idle clients, however many connect, do not keep from others."""
+    connections: deque[socket.socket] = deque()  # the oldest first
+
+    class Bounded(handler):  # type: ignore[misc]  # the class is the library's
+        timeout = PATIENCE
+
+        def setup(self) -> None:
+            super().setup()
+            connections.append(self.connection)
+            if len(connections) > MAX_CLIENTS:
+                with contextlib.suppress(OSError, IndexError):  # another thread was quicker
+                    # Its thread reads the end, and closes it.
+                    connections.popleft().shutdown(socket.SHUT_RDWR)
+
+        def handle(self) -> None:
+            with contextlib.suppress(OSError):  # clients that are too slow, or have left, are not logged
+                super().handle()
+
+        def finish(self) -> None:
+            with contextlib.suppress(ValueError):  # it was cut off
+                connections.remove(self.connection)
+            with contextlib.suppress(OSError):
+                super().finish()
+
+    return Bounded
 
 
 def _why(error: OSError) -> str:

@@ -46,13 +46,14 @@ COLUMNS = (
 )
 COUNTED = ("count", "total", "period", "tempo", "amplitude")  # further columns of repetitions
 NAMED = ("name", "score")  # and of moves
+# Of skeletons whose joints are known by name.
 LIMBS = (
     "trunk",
     "left_arm",
     "right_arm",
     "left_leg",
     "right_leg",
-)  # of skeletons whose joints are known by name
+)
 FOLLOWED = (  # and of moves that are followed, besides `count`
     "relative_tempo",
     "deviation",
@@ -299,9 +300,8 @@ class SegmentCsvSink:
         return [event_row(recording, waiting[number]) for number in sorted(set(waiting) - set(rest))]
 
     def _write(self, rows: Sequence[dict[str, object]]) -> None:
-        head = (
-            [OF_STREAMS] if self._file.tell() == 0 else []
-        )  # late: a file with nothing in it may be replaced
+        # Late: a file with nothing in it may be replaced.
+        head = [OF_STREAMS] if self._file.tell() == 0 else []
         cells = [[row.get(name, "") for name in OF_STREAMS] for row in rows]
         self._file.write(csv_text([*head, *cells]).encode())
         self._file.flush()

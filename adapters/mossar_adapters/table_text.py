@@ -9,9 +9,8 @@ import io
 import re
 from collections.abc import Iterable
 
-_FORMULA = re.compile(
-    r"'*(?:\s*[=+\-@\uff1d\uff0b\uff0d\uff20]|[\t\r\n])"
-)  # wide signs too, as Japanese spreadsheets read them
+# Wide signs too, as Japanese spreadsheets read them.
+_FORMULA = re.compile(r"'*(?:\s*[=+\-@\uff1d\uff0b\uff0d\uff20]|[\t\r\n])")
 _NUMBER = re.compile(r"[+-]?(?:inf|nan|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)", re.ASCII)
 
 

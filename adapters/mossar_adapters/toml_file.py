@@ -29,10 +29,8 @@ def read_toml(path: Path, kind: str, error: type[MossarError]) -> dict[str, Any]
         _check(content)
     except OSError as failure:
         raise error(f"{path}: cannot be read: {failure.strerror or failure}") from None
-    except (
-        ValueError,
-        RecursionError,
-    ) as failure:  # of ValueError: TOMLDecodeError, UnicodeError, thousands of digits
+    except (ValueError, RecursionError) as failure:
+        # Kinds of ValueError: TOMLDecodeError, UnicodeError, thousands of digits.
         raise error(f"{path}: not valid TOML: {failure}") from None
     return content
 

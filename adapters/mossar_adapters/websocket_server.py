@@ -26,7 +26,7 @@ OPTIONS = {
     " default: pages of this computer"
 }
 MAX_CLIENTS = 64
-MAX_WAITING = 64  # connections that have not asked for a WebSocket yet; beyond them the oldest is cut off
+OPEN_TIMEOUT = 2.0  # s in which a connection has to ask for a WebSocket
 _LOCAL = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
 _CLOSE = 0.5  # s that clients have to say goodbye
 _DRAIN = 0.25  # s that clients have to take the last messages
@@ -71,7 +71,6 @@ class WebSocketServer:
         self._address, self._serve_client, self._drain, self._max_in = address, serve, drain, max_in
         self._answer, self._patience = answer or self._refusal, patience
         self._clients: set[ServerConnection] = set()
-        self._waiting: dict[Any, None] = {}  # transports of those that have not asked yet, the oldest first
         self._loop = asyncio.new_event_loop()
         self._stop = asyncio.Event()
         self._started = threading.Event()
@@ -101,18 +100,6 @@ class WebSocketServer:
         self.call(self._stop.set)
         self._thread.join(2 * _CLOSE + _DRAIN)
 
-    def connection_made(self, transport: Any) -> None:
-        """Take note of a connection; called by the server's thread."""
-        self._waiting[transport] = None
-        if len(self._waiting) > MAX_WAITING:
-            oldest = next(iter(self._waiting))
-            del self._waiting[oldest]
-            oldest.abort()
-
-    def connection_lost(self, transport: Any) -> None:
-        """Forget a connection that has ended, or has become a client."""
-        self._waiting.pop(transport, None)
-
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
         try:
@@ -139,7 +126,7 @@ class WebSocketServer:
             self._address.host or "127.0.0.1",
             self._address.port,
             process_request=self._answer,
-            create_connection=_counted_by(self),
+            open_timeout=max(OPEN_TIMEOUT, self._patience),
             max_size=self._max_in,
             close_timeout=self._patience,
             compression=None,
@@ -156,8 +143,8 @@ class WebSocketServer:
         server.close()
         # A client that has not even asked for a WebSocket would delay this much longer.
         await asyncio.wait([asyncio.ensure_future(server.wait_closed())], timeout=_CLOSE)
-        for transport in (*self._waiting, *(client.transport for client in self._clients)):
-            transport.abort()  # or the other end would wait for ours for ever
+        for client in self._clients:
+            client.transport.abort()  # or the other end would wait for ours for ever
         await asyncio.sleep(0)
 
     def _refusal(self, connection: "ServerConnection", request: "Request") -> "Response | None":
@@ -168,7 +155,6 @@ class WebSocketServer:
         return connection.respond(HTTPStatus.FORBIDDEN, "this page may not connect; see the option origin\n")
 
     async def _client(self, connection: "ServerConnection") -> None:
-        self.connection_lost(connection.transport)
         if len(self._clients) >= MAX_CLIENTS:
             await connection.close(1013, "too many clients")
             return
@@ -177,25 +163,6 @@ class WebSocketServer:
             await self._serve_client(connection)
         finally:
             self._clients.discard(connection)
-
-
-def _counted_by(server: WebSocketServer) -> Any:
-    """Return the class of connections that report to the server as soon as they are made.
-
-    A silent client occupies a descriptor all the same, and a process has few.
-    """
-    from websockets.asyncio.server import ServerConnection
-
-    class Counted(ServerConnection):
-        def connection_made(self, transport: asyncio.BaseTransport) -> None:
-            super().connection_made(transport)
-            server.connection_made(transport)
-
-        def connection_lost(self, exc: Exception | None) -> None:
-            server.connection_lost(self.transport)
-            super().connection_lost(exc)
-
-    return Counted
 
 
 class _Strangers(logging.Filter):

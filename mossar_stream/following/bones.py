@@ -28,9 +28,8 @@ class Bones(NamedTuple):
     streamed: list[Pair]  # and in the stream's
     bones: list[Bone]
     limbs: tuple[str, ...]  # that have bones
-    girdles: tuple[
-        int, int, int, int
-    ]  # points of hips and shoulders, left first; -1 for a pair that is not known
+    # Points of hips and shoulders, left first; -1 for a pair that is not known.
+    girdles: tuple[int, int, int, int]
 
 
 def shared_bones(shown: Skeleton, streamed: Skeleton) -> Bones:

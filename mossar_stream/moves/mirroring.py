@@ -89,9 +89,8 @@ class _Plane(NamedTuple):
     """The plane between the sides of a body: of the vertical and its heading."""
 
     others: list[int]  # of each joint the one on the other side
-    axes: list[
-        int
-    ]  # two that span the ground: a body that faces along the second has its left along the first
+    # Two that span the ground: a body that faces along the second has its left along the first.
+    axes: list[int]
     cosine: float
     sine: float
 

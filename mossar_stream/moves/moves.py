@@ -362,9 +362,8 @@ class Moves:
         from mossar_stream.moves.moves_file import MAX_BYTES  # noqa: PLC0415
 
         source = Path(path)
-        if source.exists() and not (
-            source.is_file() or source.is_dir()
-        ):  # a pipe may never end, nor even begin
+        # A pipe may never end, nor even begin.
+        if source.exists() and not (source.is_file() or source.is_dir()):
             raise MovesError("this is a pipe or a device, not a file of moves")
         with source.open("rb") as file:
             return cls.from_json(file.read(MAX_BYTES + 1))

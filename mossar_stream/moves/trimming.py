@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 # Chosen on five people and ten exercises; counts are the same from 0.03 to 0.06 and with 0.15 to 0.3 s kept (docs/lab-notes/following.md).
 RESTS = 0.04  # share of the distance to the farthest pose, nearer to which the body is at rest
 REFERENCE = 0.15  # s, whose mean pose that is
+# s of rest that are kept at an end, or a share of the whole: movements begin slowly.
 KEPT, KEPT_SHARE = (
     0.2,
     0.07,
-)  # s of rest that are kept at an end, or a share of the whole: movements begin slowly
+)
 SOON = 0.75  # s from an end, within which a neighbour's part turns back
 TURNED = 0.1  # share of the extent by which it does
 MOVING = 0.06  # share of the largest speed, faster than which an example begins or ends in motion

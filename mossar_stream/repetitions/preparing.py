@@ -69,9 +69,8 @@ def is_sound(header: np.void, prepared: np.void) -> bool:
         and header["clear"] in (0, 1)
         and header["begun"] in (0, 1)
         and np.isfinite(times).all()
-        and (
-            not header["begun"] or abs(times[1] - times[0] - times[3]) < 1.0
-        )  # s, the latest frame looked at
+        # s, the latest frame looked at.
+        and (not header["begun"] or abs(times[1] - times[0] - times[3]) < 1.0)
         and not np.isnan(header["due"])
         and np.isfinite(header["at"]).all()
         and np.isfinite(header["left"]).all()

@@ -6,12 +6,13 @@ from mossar_stream.errors import SettingsError
 from mossar_stream.events import BODY
 
 MOST_LIMBS = 16  # of a skeleton
+# What stands at the place of a channel in the ids of other events.
 RESERVED = (
     BODY,
     "move",
     "activity",
     "step",
-)  # what stands at the place of a channel in the ids of other events
+)
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,32}")
 
 

@@ -31,9 +31,8 @@ def setting(
         legal: Legal values where neither limits nor choices say it.
     """
     extra = {"unit": unit, "effect": effect, "limits": None if low is None else (low, high), "legal": legal}
-    bounds = (
-        {} if low is None else {"minimum": low, "maximum": high}
-    )  # msgspec has none of its own for unions
+    # msgspec has none of its own for unions.
+    bounds = {} if low is None else {"minimum": low, "maximum": high}
     return msgspec.Meta(description=text, extra_json_schema=bounds, extra=extra)
 
 

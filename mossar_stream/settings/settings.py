@@ -615,12 +615,13 @@ class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_onl
     rests: Rests
 
 
+# What other similarities make use of.
 NOT_OF_EVIDENCE = (
     "features",
     "location",
     "pre_roll",
     "post_roll",
-)  # what other similarities make use of
+)
 
 
 def _check_combination(settings: Settings) -> None:

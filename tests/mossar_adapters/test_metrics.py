@@ -7,8 +7,7 @@ import urllib.request
 import pytest
 
 from mossar_adapters.demo import DemoSource
-from mossar_adapters.metrics import Metrics
-from mossar_adapters.metrics_server import MAX_CLIENTS
+from mossar_adapters.metrics import MAX_CLIENTS, Metrics
 from mossar_adapters.pipeline import Pipeline
 from mossar_stream import MossarError
 
@@ -48,7 +47,7 @@ def test_a_port_in_use_is_said_in_one_line(pipeline):
 
 
 def test_connections_that_only_stay_exhaust_nothing_and_others_are_answered(pipeline, monkeypatch):
-    monkeypatch.setattr("mossar_adapters.metrics_server._Handler.timeout", 30.0)
+    monkeypatch.setattr("mossar_adapters.metrics.PATIENCE", 30.0)
     threads = threading.active_count()
     with contextlib.closing(Metrics(pipeline, 0)) as served, contextlib.ExitStack() as idle:
         place = ("127.0.0.1", int(served.url.rpartition(":")[2].partition("/")[0]))
@@ -60,7 +59,7 @@ def test_connections_that_only_stay_exhaust_nothing_and_others_are_answered(pipe
 
 
 def test_a_client_that_says_nothing_is_cut_off(pipeline, monkeypatch, capfd):
-    monkeypatch.setattr("mossar_adapters.metrics_server._Handler.timeout", 0.1)
+    monkeypatch.setattr("mossar_adapters.metrics.PATIENCE", 0.1)
     with contextlib.closing(Metrics(pipeline, 0)) as served:
         place = ("127.0.0.1", int(served.url.rpartition(":")[2].partition("/")[0]))
         with socket.create_connection(place, timeout=5) as client:

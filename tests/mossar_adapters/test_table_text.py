@@ -13,7 +13,7 @@ import mossar_adapters
 import mossar_tools
 from mossar_adapters.table_text import cell, csv_text, without_guard
 from mossar_tools.dashboard.exports import key_frames_csv
-from mossar_tools.dashboard.glimpse import Mark
+from mossar_tools.marks import Mark
 from mossar_tools.outputs import _csv_text
 
 FORMULAS = [

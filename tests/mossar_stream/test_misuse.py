@@ -46,9 +46,8 @@ def in_threads(work, count=4):
 
 
 def test_a_segmenter_used_by_two_threads_at_once_says_so():
-    segmenter = Segmenter(
-        SKELETON, Settings(rate_limit=0.0), fps=60
-    )  # or most frames are passed over at once
+    # Or most frames are passed over at once.
+    segmenter = Segmenter(SKELETON, Settings(rate_limit=0.0), fps=60)
     positions = np.zeros((50_000, 3, 3), np.float32)
     begin, is_said = threading.Barrier(4), threading.Event()
 

@@ -419,7 +419,7 @@ def test_a_copy_of_a_pool_goes_on_by_itself(core, way):
 
 def test_ctrl_c_in_a_pool_loses_no_event_and_repeats_none():
     tally = Tally(Counter(), Counter(), [])
-    for seed in (2, 3, 5, 54):
+    for seed in (5, 11, 15, 17):
         live_in_pool(seed, tally, compared=0.1)
     assert not tally.wrong
     assert sum(tally.struck.values()) > 20

@@ -135,9 +135,8 @@ def test_a_root_that_is_seen_late_is_where_the_take_begins():
     from_there = strengths(late[100:], Settings())
     later = [frame for frame in found if frame > 160]
     assert [frame for frame in later if frame - 100 in from_there] == later
-    assert not [
-        frame for frame in found if frame < 90
-    ]  # key frames are told of where poses show them, earlier
+    # Key frames are told of where poses show them, earlier.
+    assert not [frame for frame in found if frame < 90]
 
 
 @pytest.mark.parametrize("name", ["evidence", "likelihood", "paper"])

@@ -17,10 +17,8 @@ from mossar_adapters.source import Meta
 from mossar_stream import (
     LEVEL_NAMES,
     Frames,
-    KeyFrame,
     KeyFrameEvent,
     MossarError,
-    Segment,
     Segmenter,
     Settings,
     SettingsError,
@@ -33,7 +31,7 @@ from mossar_tools.dashboard.figures import HIDDEN, balls_of, bones_of
 from mossar_tools.dashboard.framing import FIELD, framed, size_teller
 from mossar_tools.dashboard.live import MOST_PERFORMERS, LiveShow
 from mossar_tools.dashboard.live_picture import excerpt_of
-from mossar_tools.dashboard.overview import Outline, overview, place
+from mossar_tools.dashboard.overview import overview, place
 from mossar_tools.dashboard.placement import Placement
 from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.recorded import RecordedShow
@@ -43,6 +41,7 @@ from mossar_tools.dashboard.style import OVERVIEW, PANEL, PHONE, SHEET, STRIP
 from mossar_tools.dashboard.tables import WAITING, marks_card, state_card
 from mossar_tools.dashboard.tasks import Tasks
 from mossar_tools.loaded_recording import load_recording
+from mossar_tools.marks import Chart, Curve, Mark, Stretch
 from mossar_tools.options import Options
 from mossar_tools.palette import LIGHT
 from mossar_tools.settings_file import as_toml
@@ -122,7 +121,7 @@ def test_a_named_level_of_a_recording_is_that_of_the_command_line(medley, start)
         show.set_level(1.0)
         show.set_level(name)
         (part,) = show._parts
-        assert [mark.frame for mark in part.marks if mark.kept] == wanted[name], name
+        assert [mark.frame for mark in part.chart.kept] == wanted[name], name
         saved = tomllib.loads(as_toml(show.settings, show.level, show.strength))
         again = Settings.build(overrides={**saved["settings"], "level": saved["level"], "range": "file"})
         assert again.resolved() == Settings(level=name, range="file").resolved()
@@ -141,6 +140,7 @@ def test_a_named_level_of_a_stream_is_that_of_the_command_line_from_the_next_tak
     take = performance(seed=5, seconds=30).frames
     show = LiveShow(Settings())
     pipeline = Pipeline([DemoSource.from_url("demo:")], [], Settings(), views=[show])
+    pipeline.naming.performer(0, "p1")
     pipeline.pool.announce("p1", SKELETON, 60)
     pipeline.pool["p1"].push(take.positions[:300], take.times[:300])
     for name in names:
@@ -206,11 +206,15 @@ def test_whole_recordings_are_drawn_well_formed_and_small(medley):
     ET.fromstring(marks_card(show.glimpses(), seeks=True))
     ET.fromstring(size_teller())
     times = np.arange(216_000) / 30
-    keys = [KeyFrame(i, i / 2, "minimum", 0.1, float(i % 7)) for i in range(14_000)]
-    parts = [
-        Segment(i, i + 1, i / 2, (i + 1) / 2, ("moving", "resting")[i % 2], (), None) for i in range(14_000)
-    ]
-    assert len(overview([Outline(times, np.sin(times), keys, parts)], 0.0, 7200.0)) < 200_000
+    whole = Chart(
+        start=0.0,
+        end=7200.0,
+        threshold=0.1,
+        curve=Curve(times, np.sin(times), times, times),
+        marks=[Mark("", i / 2, i, "minimum", 0.1, float(i % 7), kept=True) for i in range(14_000)],
+        stretches=[Stretch(i / 2, (i + 1) / 2, ("moving", "resting")[i % 2]) for i in range(14_000)],
+    )
+    assert len(overview([whole], 0.0, 7200.0)) < 200_000
 
 
 @pytest.mark.parametrize("whole_take", [True, False])
@@ -271,7 +275,7 @@ def test_a_picture_of_a_stream_shows_what_the_page_does(seen):
     shown = excerpt_of(glimpse, [mark for mark in glimpse.marks if not mark.tentative], (0.2, "level"))
     assert [key.time for key in shown.kept] == [mark.time for mark in glimpse.marks if mark.kept]
     assert (shown.start, shown.end) == (glimpse.start, glimpse.end)
-    assert glimpse.end - 0.2 < shown.columns[-1, 0] <= glimpse.end  # the curve is that of a moment ago
+    assert glimpse.end - 0.2 < shown.curve.times[-1] <= glimpse.end  # the curve is that of a moment ago
     known = seen._tracks["p1"].key_poses()
     assert sum(mark.id in known for mark in glimpse.marks) > 10
 

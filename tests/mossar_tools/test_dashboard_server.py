@@ -2,10 +2,13 @@
 
 import socket
 
+from mossar_adapters.urls import open_sink
 from mossar_stream import Settings
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.page import Page
 from mossar_tools.dashboard.recorded import RecordedShow
+from mossar_tools.dashboard.server import _guarded
+from mossar_tools.dashboard.visitors import Visitors
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
 
@@ -19,6 +22,15 @@ def test_pages_of_other_sites_are_turned_away():
             assert answer(page.port, origin).startswith(b"HTTP/1.1 101"), origin
     finally:
         page.close()
+
+
+def test_other_servers_that_start_meanwhile_are_left_alone():
+    with _guarded({}, Visitors("127.0.0.1", lambda _: None)):
+        sink = open_sink("ws://127.0.0.1:0?origin=https://game.example")
+    try:
+        assert answer(sink.port, "https://game.example").startswith(b"HTTP/1.1 101")
+    finally:
+        sink.close()
 
 
 def answer(port, origin):

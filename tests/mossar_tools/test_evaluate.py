@@ -147,9 +147,7 @@ def test_sets_can_be_stretched_in_time(capsys, tmp_path):
     assert "x2" in capsys.readouterr().out.splitlines()[0]
 
 
-@pytest.mark.parametrize(
-    "other", [["--leave-out"], ["--plot", "strips.png"], ["--sides"], ["--strict", "0.3"]]
-)
+@pytest.mark.parametrize("other", [["--leave-out"], ["--plot", "strips.png"], ["--strict", "0.3"]])
 def test_stretching_goes_with_no_other_way_to_score(capsys, tmp_path, other):
     assert main(["evaluate", *labelled_sets(tmp_path), "--stretch", "2", *other]) == 2
     assert f"--stretch and {other[0]}" in capsys.readouterr().err

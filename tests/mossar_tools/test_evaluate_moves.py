@@ -9,16 +9,16 @@ from mossar_stream import MossarError, MoveEvent, Moves, Settings
 from mossar_tools.evaluation.moves_report import evaluate_moves, is_of_moves
 from mossar_tools.evaluation.recognising import judge, summary
 from mossar_tools.evaluation.sessions import Session, load_session
-from mossar_tools.evaluation.turning import ANGLES, turned
 
 from .test_teach import FPS, PERSON, PUNCH, RAISE, reach, shown
 
 ORDER = (PUNCH, RAISE, PUNCH)
+# shown() rests for 50 frames.
 COMMANDS = [
     [0, 65, "punch_left"],
     [65, 145, "raise_right"],
     [145, 260, "punch_left"],
-]  # shown() rests for 50 frames
+]
 
 
 def write_session(folder, name, commands=COMMANDS, **label):
@@ -89,10 +89,11 @@ def test_examples_may_be_in_a_file_of_mossar_teach(tmp_path):
     moves.save(tmp_path / "mine.json")
     write_session(tmp_path, "ann", moves="mine.json")
     (choice,) = evaluate_moves(tmp_path, Settings(), lambda _: None).choices
+    # Said where nobody asked, and never shown.
     assert choice.outcomes[0].missed == [
         "punch_left",
         "raise_right",
-    ]  # said where nobody asked, and never shown
+    ]
 
 
 def event(name, time, limb="left"):
@@ -147,32 +148,10 @@ def test_broken_archives_and_other_joints_are_said(tmp_path):
         evaluate_moves(tmp_path, Settings(), lambda _: None)
 
 
-def test_sessions_are_also_seen_from_other_sides(mossar, folder):
-    status, out, err = mossar("evaluate", folder, "--sides")
-    assert status == 0, err
-    rows = [line for line in out.splitlines() if line.startswith(("turn", "swaying", "left shown"))]
-    assert len(rows) == 9
-    _, out, _ = mossar("evaluate", folder, "--sides", "--json", "-")
-    names = [view["name"] for view in json.loads(out)["views"]]
-    assert names[:3] == [f"turned by {degrees} degrees" for degrees in (30, 90, 180)]
-    status, _, err = mossar("evaluate", "demo:", "--sides")
+def test_strictness_takes_a_folder_of_moves_and_a_share(mossar, folder):
+    status, _, err = mossar("evaluate", "demo:", "--strict", "0.9")
     assert status == 2
     assert "moves on command" in err
     assert mossar("evaluate", folder, "--strict", "0.9")[0] == 0
     status, _, err = mossar("evaluate", folder, "--strict", "2")
     assert (status, "from 0 to 1" in err) == (2, True)
-
-
-def test_a_turned_session_moves_as_it_did():
-    times = np.arange(len(shown(*ORDER))) / FPS
-    positions = shown(*ORDER).astype(np.float32)
-    session = Session("s", PERSON, FPS, positions, times, [], None)
-    for angle in ANGLES.values():
-        there = turned(session, angle).positions
-        for a, b in ((0, 1), (1, 2)):
-            was = np.linalg.norm(positions[:, a] - positions[:, b], axis=1)
-            assert np.linalg.norm(there[:, a] - there[:, b], axis=1) == pytest.approx(was, abs=1e-5)
-        assert there[..., 1] == pytest.approx(positions[..., 1], abs=1e-4)
-    quarter = turned(session, ANGLES["turned by 90 degrees"]).positions
-    own = positions - positions[:, :1]
-    assert (quarter - quarter[:, :1])[..., 0] == pytest.approx(own[..., 2], abs=1e-5)

@@ -124,9 +124,8 @@ def test_a_picture_has_a_panel_for_each_limb_and_a_bar_for_each_performance(moss
     assert {"body", *(limb.replace("_", " ") for limb in LIMBS)} <= set(texts)
     assert any(text.startswith("8 performances; coloured") for text in texts)
     assert path.read_text().count("#94b8d3") + path.read_text().count("#d55e00") >= 8 * 6
-    assert (
-        mossar("segment", "demo:?moves=rest:3", *given, "--force")[0] == 0
-    )  # nothing was done: the usual picture
+    # Nothing was done: the usual picture.
+    assert mossar("segment", "demo:?moves=rest:3", *given, "--force")[0] == 0
     assert "strength" in path.read_text()
 
 

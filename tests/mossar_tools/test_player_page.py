@@ -277,9 +277,8 @@ def test_the_part_that_strays_is_named_with_its_angle(take, moves):
 
 def test_a_performance_that_is_given_up_changes_no_verdict(squats):
     glimpses, states = squats
-    assert any(
-        g.followed_moves[0].progress is not None for g in glimpses[-25:]
-    )  # at rest, after the last squat
+    # At rest, after the last squat.
+    assert any(g.followed_moves[0].progress is not None for g in glimpses[-25:])
     assert {state["verdict"] for state in states[-25:]} == {"good"}
     assert all(state["strays"] is None for state in states[-20:])
 

@@ -11,6 +11,7 @@ from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import KeyFrame, Segmentation, Skeleton, segment_recording
 from mossar_tools.excerpt import excerpt
 from mossar_tools.loaded_recording import load_recording
+from mossar_tools.marks import Mark, Stretch
 from mossar_tools.options import Options
 from mossar_tools.palette import LIGHT
 from mossar_tools.poses import draw_poses
@@ -144,7 +145,7 @@ def test_all_true_cuts_of_a_long_performance_are_known():
 def test_the_strongest_that_lie_apart_are_kept():
     rng = np.random.default_rng(5)
     keys = [
-        KeyFrame(i, time, "minimum", 0.1, strength)
+        Mark("", time, i, "minimum", 0.1, strength, kept=True)
         for i, (time, strength) in enumerate(
             zip(np.sort(rng.uniform(0, 100, 400)), rng.uniform(0, 9, 400), strict=True)
         )
@@ -174,10 +175,11 @@ def test_a_thinned_curve_keeps_its_peaks():
 def test_segments_too_narrow_to_be_seen_become_what_most_of_the_time_is():
     edges = np.arange(4001) / 10
     states = ["moving" if i % 4 else "resting" for i in range(2000)] + ["resting"] * 2000
-    parts = runs(edges[:-1], edges[1:], states, 100)
+    given = [Stretch(a, b, state) for (a, b), state in zip(itertools.pairwise(edges), states, strict=True)]
+    parts = runs(given, 100)
     assert len(parts) < 400
-    assert parts[0][0] == 0
-    assert parts[-1][1] == 400
-    moving = sum(b - a for a, b, state in parts if state == "moving")
+    assert parts[0].start == 0
+    assert parts[-1].end == 400
+    moving = sum(part.end - part.start for part in parts if part.state == "moving")
     assert moving == pytest.approx(200, abs=3)
-    assert runs(edges[:3], edges[1:4], states[:3], 100)[1] == (0.1, 0.2, "moving")
+    assert runs(given[:3], 100) == given[:3]

@@ -43,9 +43,8 @@ def test_a_walk_is_told_step_by_step_in_every_output(mossar, walk, tmp_path):
         for k, mark in enumerate(events)
         if any(mark[1].split()[0] + " strike" == e[1] for e in events[: k + 1])
     ]
-    assert [mark.label for mark in again.marks] == [
-        label for _, label in known
-    ]  # from each foot's first strike
+    # From each foot's first strike.
+    assert [mark.label for mark in again.marks] == [label for _, label in known]
     assert [mark.start for mark in again.marks] == pytest.approx([time for time, _ in known], abs=2e-4)
     _, shown, _ = mossar("segment", walk, "--steps")
     assert "steps, 10" in shown

@@ -188,9 +188,8 @@ def test_view_takes_the_camera_of_the_browser_where_this_computer_has_none_for_p
     with caplog.at_level("INFO", "mossar"):
         assert _eye_of(Options(sources=("webcam:",))).about["model"] == "full"
     assert "the page uses the camera of the browser" in caplog.text
-    assert (
-        _eye_of(Options(sources=("webcam:1",))) is None
-    )  # a named camera is used, or the reason is reported
+    # A named camera is used, or the reason is reported.
+    assert _eye_of(Options(sources=("webcam:1",))) is None
     monkeypatch.setattr(camera, "check_camera", lambda _: None)
     assert _eye_of(Options(sources=("webcam:",))) is None
     assert _eye_of(Options(sources=("webcam:browser",))) is not None

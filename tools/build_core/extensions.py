@@ -14,6 +14,7 @@ from build_core.sources import PACKAGE, ROOT, as_header, built_from, is_built_fr
 REQUIRED = ("setuptools>=77", "cython>=3.3,<3.4", "numpy>=2")
 STRICT = "MOSSAR_STRICT"
 SANITIZE = "MOSSAR_SANITIZE"
+QUICK = "MOSSAR_QUICK"
 
 
 def variants() -> list[str]:
@@ -40,7 +41,7 @@ def build(
         is_strict: Warnings are errors; what is up to date is compiled, too. MOSSAR_STRICT=1 asks for it, too.
         is_sanitized: Addresses and undefined behaviour are checked at run time. MOSSAR_SANITIZE=1 asks for it, too.
         is_forced: Compile what is up to date, too.
-        is_quick: Compiling is to be quick, not the extension.
+        is_quick: Compiling is to be quick, not the extension. MOSSAR_QUICK=1 asks for it, too.
         only: One of the two.
 
     Raises:
@@ -48,6 +49,7 @@ def build(
     """
     is_strict |= bool(os.environ.get(STRICT))
     is_sanitized |= bool(os.environ.get(SANITIZE))
+    is_quick |= bool(os.environ.get(QUICK))
     header = Path(sysconfig.get_paths()["include"], "Python.h")
     if not header.exists():
         raise SystemExit(f"There is no {header}: install Python's headers (python3-dev), or a wheel.")

@@ -4,7 +4,7 @@
     python -m checks.builds --compilers zig
 
 For each compiler, in fresh environments: an sdist, a wheel from the sdist, the wheel installed and used; then an editable
-install of what the sdist holds, used, and refused when a source has changed. For zig, PATH has no compiler.
+install of what the sdist holds, compiled with little optimisation, used, and refused when a source has changed. For zig, PATH has no compiler.
 """
 
 import argparse
@@ -89,7 +89,7 @@ def try_editable(compiler: str, sdist: Path, home: Path) -> None:
         archive.extractall(home / "checkout", filter="data")
     [checkout] = (home / "checkout").iterdir()
     began = time.perf_counter()
-    pip(python, compiler, "install", "--no-deps", "-e", str(checkout))
+    pip(python, compiler, "install", "--no-deps", "-e", str(checkout), MOSSAR_QUICK="1")
     took = time.perf_counter() - began
     used = use(python, home)
     check(used, compiler, checkout)
@@ -126,13 +126,10 @@ def environment(folder: Path) -> Path:
     return python
 
 
-def pip(python: Path, compiler: str, *words: str) -> None:
-    """Run pip of an environment; with zig, as on a machine without a compiler."""
-    run(
-        [str(python), "-m", "pip", "--disable-pip-version-check", "-q", *words],
-        python.parent,
-        compiler=compiler,
-    )
+def pip(python: Path, compiler: str, *words: str, **variables: str) -> None:
+    """Run pip of an environment, with further variables; with zig, as on a machine without a compiler."""
+    command = [str(python), "-m", "pip", "--disable-pip-version-check", "-q", *words]
+    run(command, python.parent, compiler=compiler, more=variables)
 
 
 def use(python: Path, home: Path) -> str:
@@ -140,7 +137,14 @@ def use(python: Path, home: Path) -> str:
     return run([str(python), "-c", USE], home).strip()
 
 
-def run(command: list[str], home: Path, *, cwd: Path | None = None, compiler: str = "system") -> str:
+def run(
+    command: list[str],
+    home: Path,
+    *,
+    cwd: Path | None = None,
+    compiler: str = "system",
+    more: dict[str, str] | None = None,
+) -> str:
     """Run a command; return what it printed.
 
     Args:
@@ -148,13 +152,14 @@ def run(command: list[str], home: Path, *, cwd: Path | None = None, compiler: st
         home: Where it runs, unless `cwd` says otherwise, and with zig the only place where programs are found.
         cwd: Where it runs.
         compiler: `system` or `zig`.
+        more: Further variables of the environment.
 
     Raises:
         Refused: It ended with another status than 0.
     """
     variables = {
         name: value for name, value in os.environ.items() if name not in {"PYTHONPATH", "MOSSAR_CORE", "CC"}
-    }
+    } | (more or {})
     if compiler == "zig":
         variables["PATH"] = str(home)
         if shutil.which("cc", path=str(home)):

@@ -126,9 +126,8 @@ def whole_takes(folder: Path) -> Iterator[Series]:
             pause = pause + rng.normal(0.0, noise, pause.shape).astype(np.float32)
             held = np.concatenate([positions[:middle], pause, positions[middle:]])
             later = [cut if cut.middle <= middle / fps else shifted(cut, PAUSE) for cut in spans]
-            later.append(
-                shifted(spans[PAUSED_AFTER - 1], PAUSE)
-            )  # a repetition ends before it, one begins after it
+            # A repetition ends before it, one begins after it.
+            later.append(shifted(spans[PAUSED_AFTER - 1], PAUSE))
             kind = f"{folder.name}, {PAUSE:g} s of pause, {1000 * noise:g} mm"
             yield Series(kind, name, held, fps, skeleton, repetitions, later)
 

@@ -731,7 +731,7 @@ def numbers(options: Options) -> Iterator[Case]:
 
 def comparisons(given: Given) -> Lines:
     """Return how unlike neighbouring parts of a recording are, by each measure."""
-    from mossar_stream import Comparison
+    from checks.paper.comparison import Comparison
 
     found = []
     poses = np.ascontiguousarray(given.positions[:2000] - given.positions[:2000, :1], np.float32)

@@ -3,6 +3,7 @@
     python -m checks.sanitized                          # tests/mossar_stream
     python -m checks.sanitized tests/mossar_stream/core -x
     python -m checks.sanitized --program -m checks.fuzz --inputs 20000 --seconds 60
+    python -m checks.sanitized tests/mossar_stream/core --program -m checks.fuzz      # the tests, then the program
 
 The project is copied into a temporary folder and compiled there, so that the core in use stays as it is. Two defects are
 planted in the copy: unless both are found, the sanitizers do not work, and nothing else is run.
@@ -57,7 +58,7 @@ CORE = {"MOSSAR_CORE": "baseline"}
 
 
 def main() -> int:
-    """Compile, find what is planted, run the tests or the program, and return their status."""
+    """Compile, find what is planted, run the tests, the program or both, and return the first status that is not 0."""
     words = sys.argv[1:]
     if {"-h", "--help"} & set(words):
         print(__doc__)
@@ -82,28 +83,30 @@ def main() -> int:
                 print(f"{call} was planted, and the sanitizers did not find it")
                 return 1
         print("What was planted was found.", flush=True)
-        if words[:1] == ["--program"]:
-            program = [sys.executable, *words[1:]]
-        else:
-            program = [
-                sys.executable,
-                "-m",
-                "pytest",
-                "-p",
-                "no:cacheprovider",
-                *(words or ["tests/mossar_stream"]),
-            ]
-        return subprocess.run(program, cwd=copy, env=variables, check=False).returncode  # noqa: S603
+        for program in programs(words):
+            done = subprocess.run([sys.executable, *program], cwd=copy, env=variables, check=False)  # noqa: S603
+            if done.returncode:
+                return done.returncode
+        return 0
+
+
+def programs(words: list[str]) -> list[list[str]]:
+    """Return what Python is to run, by the words of the command line."""
+    split = words.index("--program") if "--program" in words else len(words)
+    tests, program = words[:split], words[split + 1 :]
+    pytest = ["-m", "pytest", "-p", "no:cacheprovider", *(tests or ["tests/mossar_stream"])]
+    return [*([pytest] if tests or not program else []), *([program] if program else [])]
 
 
 def sanitizer_variables() -> dict[str, str]:
     """Return what a Python that was not compiled with the sanitizers needs to load a core that was."""
     libraries = []
+    # C++ must be there before the first exception of a library.
     for name in (
         "libasan.so",
         "libubsan.so",
         "libstdc++.so",
-    ):  # C++ must be there before the first exception of a library
+    ):
         program = [*(configured() or "cc").split(), f"-print-file-name={name}"]
         libraries.append(subprocess.run(program, capture_output=True, text=True, check=True).stdout.strip())  # noqa: S603
     return {

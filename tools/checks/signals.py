@@ -23,10 +23,11 @@ from pathlib import Path
 
 import msgspec
 
+# A status below 0: before there was a handler.
 EXPECTED = {
     signal.SIGINT: (130, -signal.SIGINT),
     signal.SIGTERM: (143, -signal.SIGTERM),
-}  # a status below 0: before there was a handler
+}
 GRACE = 60.0  # s after which a process that does not end is killed
 # What Python says, with status 1, of a SIGINT in its first hundredths of a second, before any code of ours runs.
 PYTHON_STARTS = "Fatal Python error: init_"

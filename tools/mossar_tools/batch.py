@@ -51,6 +51,7 @@ from mossar_tools.moves_file import moves_to_follow
 from mossar_tools.options import Options
 from mossar_tools.sessions import columns_of_names, values_of_name
 
+# Further columns with angles.
 BENT = (
     "angle",
     "minimum",
@@ -60,7 +61,7 @@ BENT = (
     "hold",
     "down",
     "asymmetry",
-)  # further columns with angles
+)
 STEPPED = ("step_time", "stance", "swing", "cadence", "step_length")  # and with steps
 AHEAD = 4  # recordings of each process that are under way or wait to be written
 FEW = 3  # recordings for which a second process would only cost its start

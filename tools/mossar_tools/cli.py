@@ -45,13 +45,14 @@ COMMANDS: Final[dict[str, str]] = {
     "completion": "completion by the Tab key, for bash, zsh and tcsh",
     "webcam": "the former name of mossar view webcam:browser",
 }
+# Commands for which a port alone is a source or sink.
 STREAMED: Final = (
     "run",
     "view",
     "teach",
     "record",
     "replay",
-)  # commands for which a port alone is a source or sink
+)
 GROUPS: Final[dict[str, tuple[str, ...]]] = {
     "start": ("demo", "run", "segment", "view", "teach"),
     "study": ("settings", "tune", "evaluate", "agree", "archive", "bench"),

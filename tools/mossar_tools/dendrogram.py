@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import msgspec
 
-from mossar_stream import KeyFrame
+from mossar_tools.marks import Mark
 
 
 class Merge(msgspec.Struct, frozen=True):
@@ -39,7 +39,7 @@ class _Part(msgspec.Struct):
     height: float
 
 
-def merges(hierarchy: Sequence[KeyFrame], start: float, end: float) -> list[Merge]:
+def merges(hierarchy: Sequence[Mark], start: float, end: float) -> list[Merge]:
     """Return the merges of a hierarchy, lowest first.
 
     Args:
@@ -48,7 +48,7 @@ def merges(hierarchy: Sequence[KeyFrame], start: float, end: float) -> list[Merg
         end: Time of the last one, s.
 
     Example:
-        >>> key = KeyFrame(30, 1.0, "minimum", 0.1, 0.5)
+        >>> key = Mark("30", 1.0, 30, "minimum", 0.1, 0.5, True)
         >>> merges([key], 0.0, 3.0)[0].left, merges([key], 0.0, 3.0)[0].right
         (0.5, 2.0)
     """
@@ -59,11 +59,12 @@ def merges(hierarchy: Sequence[KeyFrame], start: float, end: float) -> list[Merg
     found = []
     for key in hierarchy:
         left, right = parts[rank[key.frame]], parts[rank[key.frame] + 1]
+        strength = key.strength or 0.0
         found.append(
-            Merge(left.middle, right.middle, left.height, right.height, key.strength, left.start, right.end)
+            Merge(left.middle, right.middle, left.height, right.height, strength, left.start, right.end)
         )
         middle = (left.middle + right.middle) / 2
-        merged = _Part(left.first, right.last, left.start, right.end, middle, key.strength)
+        merged = _Part(left.first, right.last, left.start, right.end, middle, strength)
         # Only the outermost segments of a part are looked up again.
         parts[merged.first] = parts[merged.last] = merged
     return found

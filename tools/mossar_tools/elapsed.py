@@ -36,9 +36,8 @@ class Elapsed:
 
     def __init__(self) -> None:
         self.seconds = 0.0  # of the stream so far
-        self._spans: dict[
-            str, tuple[_Span, _Span]
-        ] = {}  # of each performer the span before, and the present one
+        # Of each performer the span before, and the present one.
+        self._spans: dict[str, tuple[_Span, _Span]] = {}
 
     def see(self, performer: str, first: float, last: float) -> None:
         """Take note of frames: the times of the first and the last one, s."""

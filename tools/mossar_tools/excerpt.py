@@ -3,51 +3,42 @@
 from collections.abc import Sequence
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from mossar_adapters.files.loaded import LoadedRecording
-from mossar_stream import CurveState, KeyFrame, Result, Segment, Segmentation
+from mossar_stream import Result, Segmentation
+from mossar_tools.marks import (
+    Chart,
+    Curve,
+    Mark,
+    NamedMove,
+    curve_columns,
+    curve_of,
+    mark_of,
+    marks_of,
+    stretches_of,
+)
 
 
-class Excerpt(msgspec.Struct, frozen=True):
-    """What was found between two times.
+class Excerpt(Chart, frozen=True, kw_only=True):
+    """What was found between two times; see `Chart`, too.
 
     Args:
-        start: s.
-        end: s.
-        columns: (n, 4) time (s), velocity, ceiling, floor (shares of the range), one row a frame.
-        threshold: Share of the range.
-        kept: Key frames that stand, in order of time.
-        merged: The others.
-        segments: Those that lie in it, even partly.
         cuts: Times of the true cuts, s.
         hierarchy: All key frames of the recording in the order in which they fall.
         whole: Where the recording begins and ends, s.
         level: Strength from which key frames stand.
         level_name: What to call it.
-        limbs: Segments of each limb that lie in it.
         about: What the title says of it; None counts frames and key frames.
         repetitions: Begin, end (s) and number in the bout of those in it.
-        moves: Begin, end (s) and name of those in it.
     """
 
-    start: float
-    end: float
-    columns: NDArray[np.float64]
-    threshold: float
-    kept: list[KeyFrame]
-    merged: list[KeyFrame]
-    segments: list[Segment]
     cuts: list[float]
-    hierarchy: Sequence[KeyFrame]
+    hierarchy: Sequence[Mark]
     whole: tuple[float, float]
     level: float
     level_name: str
-    limbs: dict[str, list[Segment]] = {}  # msgspec copies it
     about: str | None = None
-    repetitions: list[tuple[float, float, int]] = []  # the same
-    moves: list[tuple[float, float, str]] = []  # the same
+    repetitions: list[tuple[float, float, int]] = msgspec.field(default_factory=list)
 
 
 def excerpt(
@@ -56,7 +47,7 @@ def excerpt(
     chosen: Segmentation,
     *,
     count: int | None = None,
-    columns: NDArray[np.float64] | None = None,
+    curve: Curve | None = None,
     threshold: float = 0.0,
     level: tuple[float, str] | None = None,
 ) -> Excerpt:
@@ -67,42 +58,36 @@ def excerpt(
         result: What was found in it.
         chosen: The level to show.
         count: Number of key frames asked for, if it was not a level.
-        columns: (n, 4) the curve, if `result` has none.
+        curve: The curve, if `result` has none.
         threshold: The one of that curve.
         level: Strength from which key frames stand and what to call it, if not those of the result's settings.
     """
     start, end = (float(whole.times[0]), float(whole.times[-1])) if len(whole.times) else (0.0, 1.0)
-    if columns is None:
-        columns = curve_columns(result.curves)[:, :4]
+    if curve is None:
+        curve = curve_of(curve_columns(result.curves))
         threshold = result.curves[0].threshold if result.curves else 0.0
-    kept = [key for key in chosen.key_frames if start <= key.time <= end]
-    merged = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]
+    everything = Chart(
+        start=start,
+        end=end,
+        threshold=threshold,
+        curve=curve,
+        marks=marks_of(result, chosen),
+        stretches=stretches_of(chosen.segments),
+        limbs={limb: stretches_of(chosen_of(own, count).segments) for limb, own in result.limbs.items()},
+        moves=[NamedMove(event.start, event.end, event.name) for event in result.moves],
+    )
     strength, name = level or _level(result, chosen, count)
     return Excerpt(
-        start,
-        max(end, start + 1e-3),
-        columns[(columns[:, 0] >= start) & (columns[:, 0] <= end)],
-        threshold,
-        kept,
-        sorted((key for key in merged if start <= key.time <= end), key=lambda key: key.time),
-        _within(chosen.segments, start, end),
-        [cut.time for cut in whole.cuts if start <= cut.time <= end],
-        result.hierarchy,
-        (start, end),
-        strength,
-        name,
-        limbs={
-            limb: _within(chosen_of(own, count).segments, start, end) for limb, own in result.limbs.items()
-        },
+        **msgspec.structs.asdict(everything.within(start, max(end, start + 1e-3))),
+        cuts=[cut.time for cut in whole.cuts if start <= cut.time <= end],
+        hierarchy=[mark_of(key, kept=False) for key in result.hierarchy],
+        whole=(start, end),
+        level=strength,
+        level_name=name,
         repetitions=[
             (event.start, event.end, event.count)
             for event in result.repetitions
             if event.start is not None and event.end is not None and start <= event.start < event.end <= end
-        ],
-        moves=[
-            (event.start, event.end, event.name)
-            for event in result.moves
-            if start <= event.start < event.end <= end
         ],
     )
 
@@ -110,21 +95,6 @@ def excerpt(
 def chosen_of(result: Result, count: int | None) -> Segmentation:
     """Return the level of the settings, or so many key frames."""
     return result.at(count=count) if count is not None else result.at(result.settings.level)
-
-
-def _within(segments: Sequence[Segment], start: float, end: float) -> list[Segment]:
-    return [part for part in segments if part.end_time > start and part.start_time < end]
-
-
-def curve_columns(states: Sequence[CurveState]) -> NDArray[np.float64]:
-    """Return a curve as (n, 5): time (s), velocity, ceiling, floor (shares of the range), and whether it is moving.
-
-    It is drawn at the reported positions of its key frames.
-    """
-    rows = [(s.reported_time, s.value, s.ceiling, s.floor, s.moving) for s in states]
-    columns = np.array(rows, np.float64).reshape(-1, 5)
-    columns[:, 0] = np.maximum.accumulate(columns[:, 0])  # noise may have grown loud
-    return columns
 
 
 def _level(result: Result, chosen: Segmentation, count: int | None) -> tuple[float, str]:

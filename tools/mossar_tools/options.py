@@ -124,7 +124,6 @@ class Options(msgspec.Struct, frozen=True):
     host: str = "127.0.0.1"
     no_browser: bool = False
     seeds: int | None = None
-    sides: bool = False
     leave_out: bool = False
     stretch: tuple[float, ...] | None = None
     per_minute: float | None = None

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from mossar_stream import KeyFrame, Segment
 from mossar_tools.dendrogram import Merge, merges
 from mossar_tools.excerpt import Excerpt
 from mossar_tools.figures import FONT
+from mossar_tools.marks import Stretch
 from mossar_tools.palette import Palette
 from mossar_tools.thinning import extremes, runs, strongest_apart
 
@@ -44,19 +44,17 @@ def draw_curve(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Lef
         found = [key for key in merged if key.kind == kind]
         axes.plot(
             [key.time for key in found],
-            [_on_the_curve(shown, key) for key in found],
+            [shown.height(key) for key in found],
             mark,
             ms=4.5,
             mfc=palette.background,
             mec=colours[kind],
             mew=1.0,
-            label=kind if any(key.kind == kind for key in shown.kept + shown.merged) else None,
+            label=kind if any(key.kind == kind for key in shown.marks) else None,
             zorder=4,
         )
     for key in kept:
-        axes.plot(
-            key.time, _on_the_curve(shown, key), MARKS[key.kind], ms=5, color=colours[key.kind], zorder=5
-        )
+        axes.plot(key.time, shown.height(key), MARKS[key.kind], ms=5, color=colours[key.kind], zorder=5)
     for key in kept:
         axes.axvline(key.time, ymax=1.02, color=colours[key.kind], lw=0.9, zorder=1, clip_on=False)
     return [
@@ -65,23 +63,15 @@ def draw_curve(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Lef
     ]
 
 
-def _on_the_curve(shown: Excerpt, key: KeyFrame) -> float:
-    """Return the velocity at the reported position of a key frame; its own is that of Algorithm 2's frame."""
-    times, values = shown.columns[:, 0], shown.columns[:, 1]
-    return float(np.interp(key.time, times, values)) if len(times) else key.velocity
-
-
 def _draw_envelope(axes: Any, shown: Excerpt, most: int, palette: Palette) -> None:
-    columns = shown.columns
-    peak = max([0.0, *(key.velocity for key in shown.kept + shown.merged)])
-    top = max(0.2, float(np.nanmax(columns[:, 1], initial=0.0)), peak, 1.3 * shown.threshold) * 1.08
+    curve, top = shown.curve, shown.top
     axes.set_ylim(0, top)
     axes.set_ylabel("velocity (share of range)")
-    times, low, _ = extremes(columns[:, 0], columns[:, 3], most)
-    high = extremes(columns[:, 0], columns[:, 2], most)[2]
+    times, low, _ = extremes(curve.times, curve.floor, most)
+    high = extremes(curve.times, curve.ceiling, most)[2]
     band = {"color": palette.faint, "lw": 0, "label": "floor to ceiling"}
     axes.fill_between(times, np.clip(low, 0, top), np.clip(high, 0, top), **band)
-    times, low, high = extremes(columns[:, 0], columns[:, 1], most)
+    times, low, high = extremes(curve.times, curve.value, most)
     if low is not high:  # more frames than can be told apart: from the lowest to the highest of each stretch
         axes.fill_between(times, low, high, color=palette.ink, lw=0.3)
     axes.plot(times, high, color=palette.ink, lw=0.9 if low is high else 0.3, label="velocity")
@@ -90,7 +80,7 @@ def _draw_envelope(axes: Any, shown: Excerpt, most: int, palette: Palette) -> No
 
 def draw_segments(axes: Any, shown: Excerpt, width: float, palette: Palette) -> LeftOut:
     """Draw the segments coloured by state, and true cuts where they are known; as `draw_curve`."""
-    said = draw_strip(axes, "segments", shown.segments, shown, width, palette)
+    said = draw_strip(axes, "segments", shown.stretches, shown, width, palette)
     said += _draw_repetitions(axes, shown, width, palette)
     said += _draw_moves(axes, shown, width, palette)
     if len(shown.cuts) > width / CUT_GAP:
@@ -117,22 +107,22 @@ def _draw_moves(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Le
     """Draw from when to when moves last, and their names where there is room."""
     if not shown.moves:
         return []
-    starts, ends = ([move[place] for move in shown.moves] for place in (0, 1))
-    axes.hlines([0.08] * len(starts), starts, ends, color=palette.level, lw=2.5, zorder=6)
+    for move in shown.moves:
+        axes.hlines(0.08, move.start, move.end, color=palette.level, lw=2.5, zorder=6)
     gap = (shown.end - shown.start) / width
-    middles = [(start + end) / 2 for start, end, _ in shown.moves]
-    widths = [LETTER * len(name) + NAME_GAP for *_, name in shown.moves]
+    middles = [(move.start + move.end) / 2 for move in shown.moves]
+    widths = [LETTER * len(move.name) + NAME_GAP for move in shown.moves]
     rooms = zip(itertools.pairwise(middles), itertools.pairwise(widths), strict=True)
     if any(after - before < (own + other) / 2 * gap for (before, after), (own, other) in rooms):
         return ["the names of moves"]
-    for middle, (*_, name) in zip(middles, shown.moves, strict=True):
+    for middle, move in zip(middles, shown.moves, strict=True):
         box = {"facecolor": palette.background, "alpha": 0.8, "lw": 0, "pad": 1.0}
-        axes.text(middle, 0.5, name, ha="center", va="center", fontsize=FONT - 1, zorder=6, bbox=box)
+        axes.text(middle, 0.5, move.name, ha="center", va="center", fontsize=FONT - 1, zorder=6, bbox=box)
     return []
 
 
 def draw_strip(
-    axes: Any, name: str, segments: list[Segment], shown: Excerpt, width: float, palette: Palette
+    axes: Any, name: str, segments: list[Stretch], shown: Excerpt, width: float, palette: Palette
 ) -> LeftOut:
     """Draw segments coloured by state, of the body or of a limb.
 
@@ -149,18 +139,16 @@ def draw_strip(
     for spine in axes.spines.values():
         spine.set_visible(False)
     most = int(width / BAR)
-    starts, ends = (
-        np.array([getattr(part, end) for part in segments], np.float64) for end in ("start_time", "end_time")
-    )
-    parts = runs(starts, ends, [part.state for part in segments], most)
+    parts = runs(segments, most)
     colours = {"moving": palette.moving, "resting": palette.resting}
     # Between two bars, but never more than a quarter of one.
-    space = 0.02 * (shown.end - shown.start) / width if len(starts) <= most else 0.0
-    bars = [(a, max(b - a - min(space, (b - a) / 4), 1e-9)) for a, b, _ in parts]
-    axes.broken_barh(bars, (0.08, 0.84), facecolors=[colours[state] for *_, state in parts], lw=0)
+    space = 0.02 * (shown.end - shown.start) / width if len(segments) <= most else 0.0
+    widths = [part.end - part.start for part in parts]
+    bars = [(p.start, max(w - min(space, w / 4), 1e-9)) for p, w in zip(parts, widths, strict=True)]
+    axes.broken_barh(bars, (0.08, 0.84), facecolors=[colours[part.state] for part in parts], lw=0)
     label = name.replace("_", " ")
     axes.text(-0.006, 0.5, label, transform=axes.transAxes, ha="right", va="center")
-    return [f"{len(segments)} {label} by what most of the time is"] if len(starts) > most else []
+    return [f"{len(segments)} {label} by what most of the time is"] if len(segments) > most else []
 
 
 def draw_tree(axes: Any, shown: Excerpt, width: float, palette: Palette) -> LeftOut:
@@ -220,13 +208,13 @@ class _Colours:
     """The colour of the segment at a time."""
 
     def __init__(self, shown: Excerpt, palette: Palette) -> None:
-        self._ends = np.array([part.end_time for part in shown.segments])
-        self._parts = shown.segments
+        self._ends = np.array([part.end for part in shown.stretches])
+        self._parts = shown.stretches
         self._palette = palette
 
     def at(self, time: float) -> str:
         i = int(np.searchsorted(self._ends, time))
-        if i == len(self._parts) or self._parts[i].start_time > time:
+        if i == len(self._parts) or self._parts[i].start > time:
             return self._palette.muted
         return self._palette.moving if self._parts[i].state == "moving" else self._palette.resting
 

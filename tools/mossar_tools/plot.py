@@ -141,18 +141,17 @@ def _summary(whole: LoadedRecording, shown: Excerpt) -> str:
     if shown.about is not None:
         return shown.about
     rate = f" at {whole.fps:g} Hz" if whole.fps else ""
-    there = len(shown.kept) + len(shown.merged)
     part = ""
     if (shown.start, shown.end) != shown.whole or whole.outside != (0, 0):
         part = f" from {shown.start:g} to {shown.end:g} s"
     return (
         f"{len(whole.times)} frames{rate}, {len(whole.skeleton)} joints; "
-        f"{strongest(len(shown.kept), there)}{part}"
+        f"{strongest(len(shown.kept), len(shown.marks))}{part}"
     )
 
 
 def _legend_length(whole: LoadedRecording, shown: Excerpt) -> int:
-    kinds = {key.kind for key in (*shown.kept, *shown.merged)}
+    kinds = {key.kind for key in shown.marks}
     return 5 + len(kinds) + bool(shown.cuts) + 2 * bool(sides(whole.skeleton).any())
 
 

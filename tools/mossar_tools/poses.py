@@ -7,8 +7,9 @@ import msgspec
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording
-from mossar_stream import KeyFrame, Skeleton
+from mossar_stream import Skeleton
 from mossar_tools.excerpt import Excerpt
+from mossar_tools.marks import Mark
 from mossar_tools.palette import Palette
 from mossar_tools.stick_figures import Floats, head_of, project, sides, view_of
 from mossar_tools.thinning import strongest_apart
@@ -19,7 +20,7 @@ LOW, HIGH = -0.3, 1.1  # of the panel, in heights of the tallest figure
 
 
 class _Figure(msgspec.Struct, frozen=True):
-    key: KeyFrame
+    key: Mark
     joints: Floats  # (J, 2) m, above the lowest joint
 
     @property
@@ -71,7 +72,7 @@ def draw_poses(
     return [f"{missing} of {len(shown.kept)} poses"] if missing else []
 
 
-def _chosen(keys: Sequence[KeyFrame], most: int, span: float) -> Sequence[KeyFrame]:
+def _chosen(keys: Sequence[Mark], most: int, span: float) -> Sequence[Mark]:
     """Return all key frames if there is room, else the strongest that lie well apart."""
     if len(keys) <= most:
         return keys
@@ -81,7 +82,7 @@ def _chosen(keys: Sequence[KeyFrame], most: int, span: float) -> Sequence[KeyFra
     return chosen
 
 
-def _figures(whole: LoadedRecording, keys: Sequence[KeyFrame], view: Any) -> list[_Figure]:
+def _figures(whole: LoadedRecording, keys: Sequence[Mark], view: Any) -> list[_Figure]:
     found = []
     for key in keys:
         flat = project(whole.positions[key.frame].astype(np.float64), view)

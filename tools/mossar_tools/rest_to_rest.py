@@ -109,9 +109,8 @@ def movement_over(seen: Seen, away: float, *, at_end: bool = False) -> Found | N
     way = _way(seen, home, rests[0].last, end)
     near = max(LEAST_NEAR, NEAR * way)
     homes = [rests[0], *(rest for rest in rests[1:] if _is_home(seen, rest, home, near))]
-    for before, after in pairwise(
-        homes
-    ):  # over before, but slow, so that it shows only beside the peak of now
+    # Over before, but slow, so that it shows only beside the peak of now.
+    for before, after in pairwise(homes):
         way = _way(seen, home, before.last, after.first)
         if way >= max(LEAST_WAY, near):
             return Found(before.last, after.first - 1, way)

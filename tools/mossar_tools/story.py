@@ -40,9 +40,8 @@ class Story(LiveView):
         super().__init__(console, sources, **options)
         self._others = 0  # final key frames that are at no true cut
         self._found: dict[str, set[int]] = {}  # frames of the true cuts that were found, of each performer
-        self._bodies: dict[
-            str, tuple[Skeleton, NDArray[Any] | None]
-        ] = {}  # the latest pose of each performer
+        # The latest pose of each performer.
+        self._bodies: dict[str, tuple[Skeleton, NDArray[Any] | None]] = {}
         self._states: dict[str, str] = {}
 
     def announce(self, meta: Meta) -> None:

@@ -12,11 +12,12 @@ from mossar_tools.batch import motion_of
 from mossar_tools.console import Console
 from mossar_tools.wording import counted, judged, strongest
 
+# Key frames in a reader's words.
 _ENDED: Final = {
     "onset": "start",
     "offset": "stop",
     "minimum": "slow point",
-}  # key frames in a reader's words
+}
 _DISPENSABLE: Final = ("ended by", "length")  # columns in the order in which they give way
 _JOINTS: Final = 12  # columns that the first joint should have
 _WIDE: Final = 1 << 16  # columns where nothing limits a line

@@ -88,9 +88,8 @@ class MovementTaker:
     def _forget(self) -> None:
         self._times: list[float] = []  # s, of the frames since the last movement
         self._frames: list[NDArray[np.float32]] = []  # (J, 3) m
-        self._poses: list[
-            NDArray[np.float32]
-        ] = []  # (1 + J, 3) m: the centre, the joints relative to it; averaged
+        # (1 + J, 3) m: the centre, the joints relative to it; averaged.
+        self._poses: list[NDArray[np.float32]] = []
         self._speeds: list[float] = []  # m/s, of the fastest joints, or of the centre
         self._resting: list[bool] = []  # whether the body and all limbs rest
         self._recent: deque[tuple[float, NDArray[np.float32]]] = deque()  # s, and poses that are averaged

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream import KeyFrame
+from mossar_stream import SegmentState
+from mossar_tools.marks import Mark, Stretch
 
 Floats = NDArray[np.float64]
 
 
-def strongest_apart(keys: Sequence[KeyFrame], gap: float, taken: Sequence[float] = ()) -> list[KeyFrame]:
+def strongest_apart(keys: Sequence[Mark], gap: float, taken: Sequence[float] = ()) -> list[Mark]:
     """Return the strongest key frames that lie at least `gap` apart, in order of time.
 
     Args:
@@ -21,13 +22,13 @@ def strongest_apart(keys: Sequence[KeyFrame], gap: float, taken: Sequence[float]
         taken: Times that they keep the same distance from, s, in ascending order.
 
     Example:
-        >>> keys = [KeyFrame(i, time, "minimum", 0.1, 1 + i % 2) for i, time in enumerate((0.0, 0.1, 0.9))]
+        >>> keys = [Mark("", time, i, "minimum", 0.1, 1 + i % 2, True) for i, time in enumerate((0.0, 0.1, 0.9))]
         >>> [key.time for key in strongest_apart(keys, 0.5)]
         [0.1, 0.9]
     """
     places = list(taken)
-    chosen: list[KeyFrame] = []
-    for key in sorted(keys, key=lambda key: -key.strength):
+    chosen: list[Mark] = []
+    for key in sorted(keys, key=lambda key: -(key.strength or 0.0)):
         at = bisect.bisect(places, key.time)
         near = places[max(0, at - 1) : at + 1]
         if all(abs(key.time - place) >= gap for place in near):
@@ -51,24 +52,23 @@ def extremes(times: Floats, values: Floats, most: int) -> tuple[Floats, Floats, 
     return times[edges], low, np.fmax.reduceat(values, edges)
 
 
-def runs(starts: Floats, ends: Floats, states: Sequence[str], most: int) -> list[tuple[float, float, str]]:
-    """Return segments as (start, end, state), joined to what most of each stretch is if there are more than `most`.
+def runs(parts: Sequence[Stretch], most: int) -> Sequence[Stretch]:
+    """Return segments, joined to what most of each stretch is if there are more than `most`.
 
     Args:
-        starts: (n,) s, in ascending order.
-        ends: (n,) s; the segments do not overlap.
-        states: Of each.
+        parts: In ascending order; they do not overlap.
         most: Segments that can be told apart.
     """
-    if len(starts) <= most:
-        return [(float(a), float(b), state) for a, b, state in zip(starts, ends, states, strict=True)]
+    if len(parts) <= most:
+        return parts
+    starts, ends = np.array([(part.start, part.end) for part in parts]).T
     # A mark a column: how much of it is moving, from the sum of moving time up to its edges.
     edges = np.linspace(starts[0], ends[-1], 4 * most + 1)
-    moving = np.array([state == "moving" for state in states])
+    moving = np.array([part.state == "moving" for part in parts])
     spans = np.where(moving, ends - starts, 0.0)
     knots = np.stack([starts, ends], axis=1).ravel()
     totals = np.stack([np.cumsum(spans) - spans, np.cumsum(spans)], axis=1).ravel()
     share = np.diff(np.interp(edges, knots, totals)) / np.diff(edges)
-    kinds = ["moving" if part > 0.5 else "resting" for part in share]
+    kinds: list[SegmentState] = ["moving" if part > 0.5 else "resting" for part in share]
     firsts = [0, *(i for i in range(1, len(kinds)) if kinds[i] != kinds[i - 1]), len(kinds)]
-    return [(float(edges[a]), float(edges[b]), kinds[a]) for a, b in itertools.pairwise(firsts)]
+    return [Stretch(float(edges[a]), float(edges[b]), kinds[a]) for a, b in itertools.pairwise(firsts)]

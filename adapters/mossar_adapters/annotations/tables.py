@@ -21,11 +21,12 @@ from mossar_adapters.annotations.tiers import (
 from mossar_adapters.table_text import without_guard
 
 _NAMES = ("name", "label", "trial_type", "state")  # columns that may hold the label, the first that is there
+# State of `segment --csv`: tier, label.
 _OWN = {
     "repetition": (REPETITIONS, "count"),
     "move": (MOVES, "name"),
     "followed": (FOLLOWED, "count"),
-}  # state of `segment --csv`: tier, label
+}
 _NOTHING = {"", "n/a"}
 
 

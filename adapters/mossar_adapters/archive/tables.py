@@ -47,9 +47,8 @@ _TYPES: dict[Any, pa.DataType] = {  # all others are words
     dict[str, float]: pa.map_(pa.string(), pa.float64()),
     dict[str, float] | None: pa.map_(pa.string(), pa.float64()),
 }
-_OWN = dict.fromkeys(
-    ("start_time", "end_time", "x", "y", "z"), float
-)  # columns that are no fields of an event
+# Columns that are no fields of an event.
+_OWN = dict.fromkeys(("start_time", "end_time", "x", "y", "z"), float)
 
 
 def _schema(record: type, columns: str) -> pa.Schema:

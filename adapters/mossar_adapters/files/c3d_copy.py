@@ -29,10 +29,11 @@ from mossar_adapters.files.replacing import Draft
 MOST_BLOCKS = 255  # of parameters: their number is one byte
 MOST = 255  # elements of a dimension: a byte, too
 MOST_WORD = 65535
+# Bytes of the header: where the data begin; the numbers of the first and last frame.
 _START_WORD, _RANGE_WORDS = (
     16,
     6,
-)  # bytes of the header: where the data begin; the numbers of the first and last frame
+)
 _STEP = 2  # bytes of the distance to the next record
 
 

@@ -22,9 +22,8 @@ _REMEMBERED = 512  # bytes; longer headers are not kept, or strangers could fill
 _BUNDLE = b"#bundle\0"
 _BUNDLE_HEAD = 16  # bytes: the word and the time tag
 _SIZES = {"i": 4, "f": 4, "s": 4, "b": 4, "h": 8, "d": 8, "t": 8, "r": 4, "m": 4} | dict.fromkeys("TFN[]", 0)
-_BARE = re.compile(
-    rb"[A-Za-z][\x20-\x2b\x2d-\x7e]{0,80}\0{1,4},"
-)  # an address without a slash, and type tags
+# An address without a slash, and type tags.
+_BARE = re.compile(rb"[A-Za-z][\x20-\x2b\x2d-\x7e]{0,80}\0{1,4},")
 _int32 = struct.Struct(">i")
 
 

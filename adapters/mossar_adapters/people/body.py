@@ -150,9 +150,8 @@ class Body:
         for square, time in zip(squares, times, strict=True):
             pause = time - before
             limit = JUMP + QUICK * pause
-            if not (
-                0 <= pause <= most and square <= limit * limit * self._limit
-            ):  # also where a joint is missing
+            # Also where a joint is missing.
+            if not (0 <= pause <= most and square <= limit * limit * self._limit):
                 return False
             before = time
         return True

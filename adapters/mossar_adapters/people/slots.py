@@ -9,44 +9,36 @@ give a free id to another person. A slot follows the body instead:
   of the bones for as long as a person is remembered. If two are about equally likely, the newcomer is looked at
   for up to two seconds. If it is nobody who was here, it gets a free slot.
 - Where all slots are taken it is refused.
+
+`SlotTable` is what slots remember; `Slots` decides who may be who.
 """
 
-from collections import OrderedDict, deque
+from collections import OrderedDict
 from collections.abc import Sequence
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, NamedTuple
 
-import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mossar_adapters.people.assignment import left_to_others
-from mossar_adapters.people.body import PAUSE, Body, centre
+from mossar_adapters.people.body import PAUSE, Body
 from mossar_adapters.people.given import (
     MOST,
     People,
     checked_moment,
-    checked_people,
     checked_pose,
     checked_seconds,
     checked_skeleton,
     nearby,
 )
 from mossar_adapters.people.likeness import LOST, Likeness
-from mossar_adapters.people.memory import Memory, persons_of, put_person
 from mossar_adapters.people.newcomer import Newcomer
 from mossar_adapters.people.samples import Samples
-from mossar_stream import FrameError, SettingsError, Skeleton, SnapshotError
+from mossar_adapters.people.slot_table import MOST_IDS, REFUSED, REMEMBERED, SET, Change, How, SlotTable
+from mossar_stream import FrameError, Skeleton
 
-REMEMBERED: Final = 600.0  # s
-REFUSED: Final = ""  # instead of a slot
 UNDECIDED: Final = None  # instead of a slot
-CHOSEN: Final = "p1"  # the slot of the nearest, or first
 
-How = Literal["new", "place", "lengths", "swap", "chosen", "asked", "refused"]
-
-_CANDIDATES: Final = 16  # people who are told apart for the sake of the nearest or first
-_IDS: Final = 256  # ids that are remembered
-_CHANGES: Final = 256
 _AGAIN: Final = 0.25  # s between two looks at a refused id
 _LOOK: Final = 0.1  # s between two looks at an id that is not decided
 _WATCHED: Final = 2.0  # s that a newcomer is looked at
@@ -56,30 +48,8 @@ _KEPT: Final = 1.0  # for the person who had the id less than `LOST` ago, of suc
 _TOGETHER: Final = 4  # others who are looked at, and decided on together with the newcomers of a moment
 _FAITHFUL: Final = 3.0  # by which another slot must be likelier than one's own
 _UNLIKELY: Final = 3.0  # against strangers while somebody is missed for less than `LOST`
-_NEARER: Final = 0.3  # m by which another must be nearer, so that two beside each other do not take turns
 _EXACT: Final = 1e-9  # s
 BACK: Final = 1.0  # s; a step back beyond it is another clock
-_SET: Final = 0.1  # s that pass while a clock is set back
-
-
-class Change(msgspec.Struct, frozen=True):
-    """A slot got another id, or an id got none.
-
-    Args:
-        slot: Its name; empty if the id is refused.
-        id: The sender's.
-        time: s.
-        how: Why.
-        away: How long the slot's person was not seen, s.
-        another: Whether it is another person than the one who was in the slot.
-    """
-
-    slot: str
-    id: str
-    time: float
-    how: How
-    away: float = 0.0
-    another: bool = False
 
 
 class _Option(NamedTuple):
@@ -91,7 +61,7 @@ class _Option(NamedTuple):
     stranger: bool = False
 
 
-class Slots:
+class Slots(SlotTable):
     """Gives people slots `p1` to `pN`, whatever ids a tracker gives them.
 
     Poses come in the order of their times. Memory is fixed by the number of slots.
@@ -116,25 +86,13 @@ class Slots:
     """
 
     def __init__(self, people: People, remember: float = REMEMBERED, watch: float = _WATCHED) -> None:
-        self.people = checked_people(people)
-        self.remember = checked_seconds("remember", remember)
+        super().__init__(people, remember)
         self.watch = checked_seconds("watch", watch)
         self.refused = 0  # frames
-        self._chooses = self.people if isinstance(self.people, str) else None
-        count = self.people if isinstance(self.people, int) else _CANDIDATES
-        self._bodies = [Body(f"p{i + 1}", i) for i in range(count)]
-        self._ids: dict[str, Body] = {}
         self._newcomers: OrderedDict[str, Newcomer] = OrderedDict()
         self._skeletons: OrderedDict[str, Skeleton] = OrderedDict()
         self._separate: OrderedDict[str, None] = OrderedDict()  # ids that may be of other senders
-        self._former: OrderedDict[str, int] = OrderedDict()  # who had an id last: `Body.met`
-        self._reuses = False  # whether an id was seen to go from one person to another
-        self._met = 0  # people so far
-        self._chosen: Body | None = None
-        self._given = -np.inf  # s, when the only slot was given last
         self._likeness = Likeness()
-        self._now = -np.inf  # s
-        self._changes: deque[Change] = deque(maxlen=_CHANGES)
 
     def announce(self, ident: str, skeleton: Skeleton) -> None:
         """Say which skeleton the poses of an id have, so that its bones can be measured.
@@ -145,7 +103,7 @@ class Slots:
         checked_skeleton(ident, skeleton)
         self._skeletons[ident] = skeleton
         self._skeletons.move_to_end(ident)
-        if len(self._skeletons) > _IDS:
+        if len(self._skeletons) > MOST_IDS:
             self._skeletons.popitem(last=False)
 
     def separate(self, ident: str) -> None:
@@ -154,7 +112,7 @@ class Slots:
         Its frames do not come together with theirs, so who is missing is seen a moment later.
         """
         self._separate[ident] = None
-        if len(self._separate) > _IDS:
+        if len(self._separate) > MOST_IDS:
             self._separate.popitem(last=False)
 
     def follow(self, ident: str, pose: ArrayLike, time: float) -> str | None:
@@ -261,36 +219,7 @@ class Slots:
             for verdict in (verdicts[ident] for ident, _ in found)
         ]
 
-    def to_bytes(self) -> bytes:
-        """Return what is known of people, for `recall`."""
-        chosen = None if self._chosen is None else self._chosen.number
-        former = dict(self._former)
-        people = persons_of(self._bodies)
-        now = self._now if people else 0.0
-        return Memory(self.people, now, self._met, self._reuses, former, chosen, people).to_bytes()
-
-    def recall(self, data: bytes) -> None:
-        """Go on with the people of an earlier run; `restart` says when. Slots beyond those of now are left out.
-
-        Raises:
-            SnapshotError: If the bytes are damaged, or the only slot was for others.
-        """
-        memory = Memory.from_bytes(data)
-        if self._chooses != (memory.people if isinstance(memory.people, str) else None):
-            raise SnapshotError(f"the people of the snapshot were followed with --people {memory.people}")
-        for person in memory.slots:
-            if person.number < len(self._bodies):
-                body = self._bodies[person.number]
-                put_person(body, person)
-                if person.id is not None:
-                    self._ids[person.id] = body
-                if person.number == memory.chosen:
-                    self._chosen = body
-        self._former = OrderedDict(memory.former)
-        self._met, self._reuses = memory.met, memory.reuses
-        self._now = memory.now if memory.slots else -np.inf
-
-    def restart(self, time: float, passed: float = _SET) -> float:
+    def restart(self, time: float, passed: float = SET) -> float:
         """Go on with a clock that was set back to a time (s); return by how much, s.
 
         Nobody is looked at afterwards: ids that were have to be settled before.
@@ -299,16 +228,8 @@ class Slots:
             time: s, on the new clock.
             passed: s that have passed since the latest frame.
         """
-        if self._now == -np.inf:
-            return 0.0
-        seconds = time - passed - self._now
-        for body in self._bodies:
-            if body.used:
-                body.shift(seconds)
-        self._given += seconds
         self._newcomers.clear()
-        self._now = time
-        return seconds
+        return super().restart(time, passed)
 
     def settle(self, ident: str) -> str | None:
         """Decide on an id that is looked at, with what is known by now, and return its slot."""
@@ -325,7 +246,7 @@ class Slots:
 
     def leave(self, ident: str) -> None:
         """Take note that a tracker has given an id up."""
-        self._ids.pop(ident, None)
+        super().leave(ident)
         self._newcomers.pop(ident, None)
 
     def knows(self, ident: str) -> bool:
@@ -338,99 +259,6 @@ class Slots:
         if known is None:
             return time < self._now - BACK
         return time < (known.time if isinstance(known, Body) else known.last) - BACK
-
-    def slot_of(self, ident: str) -> str | None:
-        """Return the slot of an id, None if it has none."""
-        body = self._ids.get(ident)
-        if body is None or (self._chooses is not None and body is not self._chosen):
-            return None
-        return CHOSEN if self._chooses else body.name
-
-    @property
-    def chooses(self) -> bool:
-        """Whether there is one slot, for the nearest or first."""
-        return self._chooses is not None
-
-    @property
-    def changed(self) -> bool:
-        """Whether there are changes that `changes` has not returned."""
-        return bool(self._changes)
-
-    def changes(self) -> list[Change]:
-        """Return what changed since the last call."""
-        found = list(self._changes)
-        self._changes.clear()
-        return found
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The slots."""
-        return (CHOSEN,) if self._chooses else tuple(body.name for body in self._bodies)
-
-    def table(self) -> list[dict[str, object]]:
-        """Return each slot that was used: its name, the sender's id, whether it is there now, and pinned."""
-        bodies = [self._chosen] if self._chooses else self._bodies
-        return [
-            {
-                "slot": CHOSEN if self._chooses else body.name,
-                "id": body.id,
-                "there": self._now - body.time <= PAUSE,
-                "pinned": body.pinned,
-            }
-            for body in bodies
-            if body is not None and body.used
-        ]
-
-    def resize(self, people: int) -> None:
-        """Follow more people from now on, or fewer: the last slots go.
-
-        Raises:
-            SettingsError: If there cannot be so many, or the only slot is for the nearest or first.
-        """
-        if self._chooses or not 1 <= people <= MOST:
-            raise SettingsError(
-                f"people must be 1 to {MOST}, and not nearest or first, to be changed to {people}"
-            )
-        gone = self._bodies[people:]
-        self._ids = {ident: body for ident, body in self._ids.items() if body not in gone}
-        self._bodies = self._bodies[:people]
-        self._bodies += [Body(f"p{i + 1}", i) for i in range(len(self._bodies), people)]
-        self.people = people
-
-    def exchange(self, one: str, other: str) -> None:
-        """Let two people have each other's slots from now on.
-
-        Raises:
-            SettingsError: If there are no two such slots.
-        """
-        first, second = self._slot(one), self._slot(other)
-        if first is second:
-            raise SettingsError(f"{one} cannot be exchanged with itself")
-        first.name, second.name = second.name, first.name
-        first.number, second.number = second.number, first.number
-        self._bodies.sort(key=lambda body: body.number)
-        for body in (first, second):
-            if body.used:
-                self._changes.append(Change(body.name, body.id or "", self._now, "asked", another=True))
-
-    def pin(self, slot: str, *, pinned: bool = True) -> None:
-        """Keep a slot for the person who is in it, however long it is away; or no longer.
-
-        Raises:
-            SettingsError: If there is no such slot, or nobody was in it.
-        """
-        body = self._slot(slot)
-        if not body.used:
-            raise SettingsError(f"nobody was in {slot} yet")
-        body.pinned = pinned
-
-    def _slot(self, name: str) -> Body:
-        if self._chooses:
-            raise SettingsError(f"there is one slot, for the {self._chooses}")
-        for body in self._bodies:
-            if body.name == name:
-                return body
-        raise SettingsError(f"there is no slot {repr(name)[:40]}; there are {', '.join(self.names)}")
 
     def _place(
         self, time: float, found: Sequence[tuple[str, NDArray[Any]]], *, at_once: bool = False
@@ -484,7 +312,7 @@ class Slots:
                 ident, time, time, time, Samples(len(pose), 0.0), pose, pose, self._skeletons.get(ident)
             )
             self._newcomers[ident] = known
-            if len(self._newcomers) > _IDS:
+            if len(self._newcomers) > MOST_IDS:
                 self._newcomers.popitem(last=False)
         known.pose, known.last = pose, time
         known.samples.add(pose, time)
@@ -523,11 +351,6 @@ class Slots:
             found.append(_Option(against, room.number, room, stranger=True))
         return sorted(found, key=lambda option: option[:2])
 
-    def _missed(self, time: float) -> list[Body]:
-        """Return the bodies of people who are away at a time (s), and not forgotten."""
-        longest = max(self.remember, LOST)
-        return [b for b in self._bodies if b.met and b.time < time and (time - b.time <= longest or b.pinned)]
-
     def _together(
         self, newcomers: Sequence[Newcomer], against: dict[str, list[float]]
     ) -> dict[str, list[_Option]]:
@@ -548,19 +371,8 @@ class Slots:
                 options[one.id] = _with_others(options[one.id], row)
         return options
 
-    def _room(self, time: float) -> Body | None:
-        """Return the body of the slot that a stranger would get: never used, forgotten, or empty for longest."""
-        for body in self._bodies:
-            if not body.used:
-                return body
-        empty = [body for body in self._bodies if time - body.time > LOST and not body.pinned]
-        return min(empty, key=lambda body: (body.time, body.number), default=None)
-
     def _has_room(self, newcomer: Newcomer) -> bool:
         return any(not body.used or body.time < newcomer.last - PAUSE for body in self._bodies)
-
-    def _is_forgotten(self, body: Body, time: float) -> bool:
-        return time - body.time > max(self.remember, LOST) and not body.pinned
 
     def _is_strange(self, against: float, away: float) -> bool:
         """Return whether a newcomer is somebody else than the person who was away for so long, s."""
@@ -605,45 +417,16 @@ class Slots:
         return own is not None and own.time < newcomer.first <= own.time + PAUSE
 
     def _give(self, option: _Option, newcomer: Newcomer, time: float) -> Body:
-        """Put a newcomer into a slot."""
-        body, before = option.body, option.body.id
+        """Put a newcomer into the slot of an option."""
+        body = option.body
         away = newcomer.first - body.time if body.used else 0.0
         another = body.used and (option.stranger or self._is_strange(option.against, away))
         how: How = "new" if another or option.stranger else "place" if away <= LOST else "lengths"
         if newcomer.id in self._ids and how == "place":
             how = "swap" if self._ids[newcomer.id] is not body else "place"
-        if before is not None and self._ids.get(before) is body:
-            del self._ids[before]
         self._newcomers.pop(newcomer.id, None)
-        if another or not body.used:
-            self._met += 1
-            body.met = self._met
-        if another or len(body.pose) != len(newcomer.pose) or body.skeleton != newcomer.skeleton:
-            body.begin(newcomer.pose, time, newcomer.skeleton)
-        else:
-            body.settle(newcomer.pose, time)
-        if how != "swap":
-            self._learn_of(newcomer.id, body)
-        body.id = newcomer.id
-        self._ids[newcomer.id] = body
-        if before != newcomer.id or another or away > PAUSE:
-            self._report(body, Change(body.name, newcomer.id, time, how, away, another))
+        self._put(newcomer, body, time, how, another=another)
         return body
-
-    def _report(self, body: Body, change: Change) -> None:
-        if self._chooses is None:
-            self._changes.append(change)
-        elif body is self._chosen:
-            self._changes.append(msgspec.structs.replace(change, slot=CHOSEN))
-
-    def _learn_of(self, ident: str, body: Body) -> None:
-        """Take note of who has an id: a tracker that gives an id to another person may do so again."""
-        if self._former.get(ident, body.met) != body.met:
-            self._reuses = True
-        self._former[ident] = body.met
-        self._former.move_to_end(ident)
-        if len(self._former) > _IDS:
-            self._former.popitem(last=False)
 
     def _refuse(self, newcomer: Newcomer, time: float) -> str:
         if not newcomer.refused and self._chooses is None:
@@ -652,34 +435,6 @@ class Slots:
         newcomer.due = time + _AGAIN
         self.refused += 1
         return REFUSED
-
-    def _name(self, body: Body, time: float) -> str:
-        if self._chooses is None:
-            return body.name
-        self._choose(time)
-        if body is not self._chosen:
-            return REFUSED
-        self._given = time
-        return CHOSEN
-
-    def _choose(self, time: float) -> None:
-        """See who is nearest, or first."""
-        there = [body for body in self._bodies if body.used and time - body.time <= PAUSE]
-        chosen = self._chosen
-        if self._chooses == "first":
-            if chosen is not None and time - chosen.time <= LOST:
-                return
-            best = min(there, key=lambda body: body.met, default=None)
-        else:
-            best = min(there, key=_depth, default=None)
-        if best is None or best is chosen:
-            return
-        if self._given >= time:
-            return  # another was in the slot in this very frame
-        if self._chooses == "nearest" and chosen in there and _depth(chosen) - _depth(best) < _NEARER:
-            return
-        self._chosen = best
-        self._changes.append(Change(CHOSEN, best.id or "", time, "chosen", another=chosen is not None))
 
 
 def _lead(options: list[_Option]) -> float:
@@ -702,8 +457,3 @@ def _faithful(own: Body, options: list[_Option]) -> _Option:
     )
     best = next((o for o in options if not o.stranger), stay)
     return best if best.against + _FAITHFUL < stay.against else stay
-
-
-def _depth(body: Body) -> float:
-    middle = centre(body.pose)
-    return float(np.sqrt(middle @ middle))

@@ -20,7 +20,8 @@ import numpy as np
 from mossar_adapters.abilities import Orders, Resumes, offered
 from mossar_adapters.people.body import PAUSE
 from mossar_adapters.people.given import People, checked_people, checked_seconds
-from mossar_adapters.people.slots import BACK, REFUSED, REMEMBERED, UNDECIDED, Change, Slots
+from mossar_adapters.people.slot_table import REFUSED, REMEMBERED, Change
+from mossar_adapters.people.slots import BACK, UNDECIDED, Slots
 from mossar_adapters.replay.interleaving import part
 from mossar_adapters.source import Departure, Item, Meta, Occupant, Source
 from mossar_stream import Frames, SnapshotError

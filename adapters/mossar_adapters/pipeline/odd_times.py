@@ -10,7 +10,7 @@ _RATES = (5.0, 250.0)  # Hz of senders of poses
 
 
 class OddTimes:
-    """Watches the steps from frame to frame of each performer.
+    """Watches the steps from frame to frame of one performer.
 
     Example:
         >>> odd = OddTimes()
@@ -20,41 +20,32 @@ class OddTimes:
     """
 
     def __init__(self) -> None:
-        self._latest: dict[str, float] = {}  # s, of the last frame of each performer
-        self._alone: dict[str, int] = {}  # frames in a row that came more than a pause after the one before
-        self._logged: set[str] = set()
+        self._latest: float | None = None  # s, of the last frame
+        self._alone = 0  # frames in a row that came more than a pause after the one before
+        self._is_logged = False
 
     def finding(self, frames: Frames, max_pause: float) -> str | None:
-        """Return, once for each performer, what is odd about the times, None if nothing is.
+        """Return, once, what is odd about the times, None if nothing is.
 
         Args:
-            frames: Of one performer.
+            frames: Of the performer.
             max_pause: Longest step in time within a take, s.
         """
-        name = frames.performer
-        latest = self._latest.get(name)
-        self._latest[name] = float(frames.times[-1])
-        if name in self._logged:
+        latest, self._latest = self._latest, float(frames.times[-1])
+        if self._is_logged:
             return None
         times = frames.times if latest is None else np.concatenate(([latest], frames.times))
         steps = np.diff(times)
         wide = steps > max_pause
         if not wide.any():
-            self._alone.pop(name, None)
+            self._alone = 0
             return None
         narrow = np.flatnonzero(~wide)
-        in_a_row = len(steps) if not len(narrow) else len(steps) - 1 - int(narrow[-1])
-        self._alone[name] = in_a_row + (self._alone.get(name, 0) if not len(narrow) else 0)
-        if self._alone[name] < _ENOUGH:
+        self._alone = len(steps) - 1 - int(narrow[-1]) if len(narrow) else self._alone + len(steps)
+        if self._alone < _ENOUGH:
             return None
-        self._logged.add(name)
+        self._is_logged = True
         return _in_words(float(steps[-1]))
-
-    def keep(self, performers: set[str]) -> None:
-        """Forget all others."""
-        self._latest = {name: time for name, time in self._latest.items() if name in performers}
-        self._alone = {name: count for name, count in self._alone.items() if name in performers}
-        self._logged &= performers
 
 
 def _in_words(step: float) -> str:

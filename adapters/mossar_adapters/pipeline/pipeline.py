@@ -7,30 +7,26 @@ queues, so that neither a burst nor a slow receiver takes memory, and no sink st
 """
 
 import logging
+import math
 import secrets
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import cast
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from mossar_adapters.files.body import body_joints, body_meta
 from mossar_adapters.files.selection import of_joints
 from mossar_adapters.live import OutputClosedError
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.pipeline.inbox import Arrival
-from mossar_adapters.pipeline.latency import Latency
 from mossar_adapters.pipeline.newcomers import Allowance
-from mossar_adapters.pipeline.odd_times import OddTimes
 from mossar_adapters.pipeline.outcome import GUESSED_LIMBS, WITHOUT_LIMBS, Outcome, in_words
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
+from mossar_adapters.pipeline.performer_record import LatestFrames, PerformerRecord
 from mossar_adapters.pipeline.pool import Pool
-from mossar_adapters.pipeline.reasons import Reasons
 from mossar_adapters.pipeline.run import Run
 from mossar_adapters.pipeline.snapshot import Snapshot
-from mossar_adapters.pipeline.stream_time import StreamTime
 from mossar_adapters.pipeline.take_starts import is_start, parts, take_starts
 from mossar_adapters.pipeline.upkeep import Upkeep
 from mossar_adapters.receiving.batch import MAX_PERFORMERS
@@ -47,7 +43,6 @@ from mossar_stream import (
     limbs_are_guessed,
 )
 
-_ALL = np.zeros(0, np.intp)  # joints, where none is left out
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _IDLE = 2.0  # s without frames after which a performer makes room for a newcomer
 _MOST_LOGGED = 20  # performers that cannot be followed and are logged
@@ -56,14 +51,6 @@ _RUN_BYTES = 6  # of a run's name: two of a million runs are called the same onc
 _NAMES = 4 * MAX_PERFORMERS  # names of a source, after which the least recently used are forgotten
 
 _log = logging.getLogger("mossar.pipeline")
-
-
-class _LatestFrames(NamedTuple):
-    """Frames that came: of which source, when (monotonic s), and the last one's time on the source's clock."""
-
-    source: int
-    at: float
-    time: float
 
 
 class Pipeline(Run):
@@ -112,15 +99,8 @@ class Pipeline(Run):
             )
         pool = Pool(settings, MAX_PERFORMERS, moves=moves, follow=follow)
         name = (resume.run if resume is not None else "") or run_id or new_run_id()
-        super().__init__(sources, settings, pool, StreamTime(seconds), name)
-        self._metas: dict[str, Meta] = {}  # as the source announced each performer last
-        self._bodies: dict[str, NDArray[np.intp]] = {}  # the joints of each performer's body; none if all are
-        self._followed: dict[str, Meta] = {}  # the same, with the skeleton that the performer is followed by
-        self._heard: dict[str, _LatestFrames] = {}  # the latest frames of each performer
-        self._reasons = Reasons()
-        self._refused: set[str] = set()  # newcomers for whom there is no room
-        self._unfollowed: set[str] = set()  # performers who cannot be followed
-        self._odd_times = OddTimes()
+        super().__init__(sources, settings, pool, seconds, name)
+        self._unfollowed_logged = 0  # performers that cannot be followed and were logged
         self._ended: set[int] = set()  # sources that were refused
         self._came = False  # whether a performer was ever followed
         self._limbs_lack = False  # whether it was logged that a performer has no limbs, or none with names
@@ -145,7 +125,7 @@ class Pipeline(Run):
             feed.start()
         self.upkeep.begin(self)
         try:
-            while not self._stopping and any(self.running) and not self.stream_time.over():
+            while not self._stopping and any(self.running) and not self.is_over():
                 arrival = self.inbox.get(_POLL)
                 if arrival is not None:
                     self._take(arrival)
@@ -153,7 +133,9 @@ class Pipeline(Run):
                 self.upkeep.check(self)
                 self._tick()
             self.outcome.complete = not self._stopping
-            self.outcome.none_followed = bool(self._unfollowed) and not self.outcome.frames
+            self.outcome.none_followed = not self.outcome.frames and any(
+                performer.is_unfollowed for performer in self.performers.values()
+            )
         finally:
             self._finish()
         return self.outcome
@@ -176,11 +158,12 @@ class Pipeline(Run):
             SettingsError: If a name is unknown or a value is illegal.
             FrameError: If there is no such performer.
         """
-        self._max_pauses.clear()
+        for record in self.performers.values():
+            record.max_pause = None
         events = self.pool.set(changes, performer)
         self.send(events)
         for name in self.pool.names if performer is None else (performer,):
-            self._announce_settings(name)
+            self._announce_settings(self.performers[name])
         return any(isinstance(event, StreamEvent) and event.event == "ended" for event in events)
 
     def _outlet(self, sink: Sink | FrameSink, emission: Emission) -> Outlet:
@@ -194,9 +177,9 @@ class Pipeline(Run):
 
     def _delivered(self, parcel: Parcel) -> None:
         if parcel.arrived_at is not None and isinstance(parcel.item, list):
-            latency = self.latency.get(parcel.item[0].performer)
-            if latency is not None:
-                latency.add(time.monotonic() - parcel.arrived_at)
+            performer = self.performers.get(parcel.item[0].performer)
+            if performer is not None:
+                performer.latency.add(time.monotonic() - parcel.arrived_at)
 
     def _take(self, arrival: Arrival) -> None:
         item = arrival.item
@@ -215,88 +198,69 @@ class Pipeline(Run):
         else:
             item()
 
-    def _name(self, source: int, performer: str) -> str:
-        """Return our name for a performer of a source; a flood of names does not take memory."""
-        if len(self.naming) > _NAMES * len(self.feeds):
+    def _performer(self, source: int, own: str) -> PerformerRecord:
+        """Return what is known of a performer of a source; a flood of names does not take memory."""
+        if len(self.performers) > _NAMES * len(self.feeds):
             self.naming.forget(self.pool.names, MAX_PERFORMERS)
-            kept = self.naming.names
-            self.upkeep.keep(kept)
-            self._refused &= kept
-            self._unfollowed &= kept
-            self.stream_time.forget(kept)
-            self._odd_times.keep(kept)
-            self._reasons.forget(kept)
-            tables: tuple[dict[str, Any], ...] = (
-                self.latency,
-                self.unusable,
-                self._metas,
-                self._bodies,
-                self._followed,
-                self._heard,
-                self._max_pauses,
-            )
-            for table in tables:
-                for name in set(table) - kept:
-                    del table[name]
-        return self.naming.name(source, performer)
+        return self.naming.performer(source, own)
 
     def _announce(self, meta: Meta, arrival: Arrival) -> None:
-        name = self._name(arrival.source, meta.performer)
-        has_room = name in self.pool or len(self.pool) < MAX_PERFORMERS
-        if has_room and self._may_be_new(
-            name, meta, arrival
-        ):  # else with the first frames, if there is room then
-            self._follow(name, meta, arrival.source)
+        performer = self._performer(arrival.source, meta.performer)
+        has_room = performer.name in self.pool or len(self.pool) < MAX_PERFORMERS
+        # Otherwise it is followed with its first frames, if there is room then.
+        if has_room and self._may_be_new(performer, meta, arrival):
+            self._follow(performer, meta)
 
-    def _may_be_new(self, name: str, meta: Meta, arrival: Arrival) -> bool:
+    def _may_be_new(self, performer: PerformerRecord, meta: Meta, arrival: Arrival) -> bool:
         """Return whether a performer or a skeleton is known, or its live source may bring something new."""
-        skeleton = body_meta(self._described(name, meta)).skeleton
-        if name in self.pool and self.pool[name].skeleton == skeleton:
+        skeleton = body_meta(self._described(performer, meta)).skeleton
+        if performer.name in self.pool and self.pool[performer.name].skeleton == skeleton:
             return True
-        if not self.feeds[arrival.source].source.live:
+        if not self.feeds[performer.source].source.live:
             return True
-        return self._allowances[arrival.source].grants(len(skeleton), arrival.at)
+        return self._allowances[performer.source].grants(len(skeleton), arrival.at)
 
-    def _described(self, name: str, meta: Meta) -> Meta:
+    def _described(self, performer: PerformerRecord, meta: Meta) -> Meta:
         """Return a meta; of a sender that has not described its skeleton since it was last forgotten, with the known one.
 
         Senders describe it once. A run that goes on from a snapshot did not hear that.
         """
         if not meta.assumed:
             return meta
-        if name in self.pool:
-            known = self.pool[name].skeleton
-        elif name in self._followed:
-            known = self._followed[name].skeleton
+        if performer.name in self.pool:
+            known = self.pool[performer.name].skeleton
+        elif performer.followed is not None:
+            known = performer.followed.skeleton
         else:
             return meta
         return meta if len(known) != len(meta.skeleton) else msgspec.structs.replace(meta, skeleton=known)
 
-    def _follow(self, name: str, meta: Meta, source: int) -> None:
+    def _follow(self, performer: PerformerRecord, meta: Meta) -> None:
         """Add a performer, or set its new skeleton."""
-        self._metas[name] = meta
-        whole = self._described(name, meta)
-        meta = self._followed[name] = body_meta(whole)
-        self._bodies[name] = body_joints(whole.skeleton, whole.reference)
+        performer.meta = meta
+        whole = self._described(performer, meta)
+        meta = performer.followed = body_meta(whole)
+        performer.body = body_joints(whole.skeleton, whole.reference)
         try:
-            events = self.pool.announce(name, meta.skeleton, meta.fps)
+            events = self.pool.announce(performer.name, meta.skeleton, meta.fps)
         except FrameError as error:
             if self._names_joints():
-                self._refuse_source(source, FrameError(f"{name} cannot be followed: {error}"))
+                text = f"{performer.name} cannot be followed: {error}"
+                self._refuse_source(performer.source, FrameError(text))
             else:
-                self._log_unfollowed(name, source, error)
+                self._log_unfollowed(performer, error)
             return
         except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
-            self._log_unfollowed(name, source, error)
+            self._log_unfollowed(performer, error)
             return
         self._came = True
-        self._refused.discard(name)
-        self._unfollowed.discard(name)
-        self.latency.setdefault(name, Latency())
-        self._look_for_limbs(name, source)
+        performer.is_refused = performer.is_unfollowed = False
+        self._look_for_limbs(performer)
         self.send(events)
         for outlet in self.outlets:
-            outlet.put(self._announcement(name) if outlet.takes_events else Parcel(_called(whole, name)))
+            outlet.put(
+                self._announcement(performer) if outlet.takes_events else Parcel(_called(whole, performer))
+            )
 
     def _names_joints(self) -> bool:
         """Return whether the first performer is to have joints that the user names: else the name is wrong."""
@@ -310,112 +274,117 @@ class Pipeline(Run):
         self._ended.add(source)
         self._end_source(source, error)
 
-    def _announce_settings(self, name: str) -> None:
+    def _announce_settings(self, performer: PerformerRecord) -> None:
         """Announce a performer whose settings have changed once more, to sinks of events."""
-        if name in self._followed:
+        if performer.followed is not None:
             for outlet in self.outlets:
                 if outlet.takes_events:
-                    outlet.put(self._announcement(name))
+                    outlet.put(self._announcement(performer))
 
-    def _announcement(self, name: str) -> Parcel:
-        """Return the meta of a performer with what receivers of events need to know."""
-        settings = msgspec.to_builtins(self.pool[name].settings)
-        meta = _called(self._followed[name], name)
+    def _announcement(self, performer: PerformerRecord) -> Parcel:
+        """Return the meta of a followed performer with what receivers of events need to know."""
+        settings = msgspec.to_builtins(self.pool[performer.name].settings)
+        meta = _called(cast("Meta", performer.followed), performer)
         return Parcel(msgspec.structs.replace(meta, settings=settings, run=self.run_id))
 
-    def _look_for_limbs(self, name: str, source: int) -> None:
+    def _look_for_limbs(self, performer: PerformerRecord) -> None:
         """Log, once in a run, that limbs are wanted of a performer whose skeleton leaves none or does not name them."""
-        segmenter = self.pool[name]
+        segmenter = self.pool[performer.name]
         if self._limbs_lack or not segmenter.settings.limbs:
             return
-        where = self._source_name(source)
+        where = self._source_name(performer)
         if not segmenter.limbs:
-            _log.warning("%s: %s has no limbs, as %s", where, name, WITHOUT_LIMBS)
+            _log.warning("%s: %s has no limbs, as %s", where, performer.name, WITHOUT_LIMBS)
         elif segmenter.settings.limbs is True and limbs_are_guessed(segmenter.skeleton):
-            _log.info("%s: %s: %s", where, name, GUESSED_LIMBS)
+            _log.info("%s: %s: %s", where, performer.name, GUESSED_LIMBS)
         else:
             return
         self._limbs_lack = True
 
-    def _log_unfollowed(self, name: str, source: int, error: Exception) -> None:
+    def _log_unfollowed(self, performer: PerformerRecord, error: Exception) -> None:
         """Log once for a performer why it cannot be followed; among many, only for the first ones."""
-        if name not in self._unfollowed and len(self._unfollowed) < _MOST_LOGGED:
-            more = "" if len(self._unfollowed) < _MOST_LOGGED - 1 else "; others are not logged any more"
-            where = self._source_name(source)
+        if not performer.is_unfollowed and self._unfollowed_logged < _MOST_LOGGED:
+            self._unfollowed_logged += 1
+            more = "; others are not logged any more" if self._unfollowed_logged == _MOST_LOGGED else ""
+            where, name = self._source_name(performer), performer.name
             _log.warning("%s: %s cannot be followed: %s%s", where, name, in_words(error), more)
-        self._unfollowed.add(name)
+        performer.is_unfollowed = True
 
-    def _ensure_followed(self, name: str, frames: Frames, arrival: Arrival) -> bool:
+    def _ensure_followed(self, performer: PerformerRecord, frames: Frames, arrival: Arrival) -> bool:
         """Give a performer a segmenter if it has none; return whether it has one. If not, its frames are counted."""
         meta = arrival.meta
-        if meta is None or (name in self.pool and self._metas.get(name) is meta):
+        if meta is None or (performer.meta is meta and performer.name in self.pool):
             return True
-        if not self._has_room(name, frames, arrival):
-            self._turn_away(name, len(frames))
+        if not self._has_room(performer, frames, arrival):
+            self._turn_away(performer, len(frames))
             return False
-        if not self._may_be_new(name, meta, arrival):
-            self._put_it_off(name, len(frames), arrival.source)
+        if not self._may_be_new(performer, meta, arrival):
+            self._put_it_off(performer, len(frames))
             return False
-        if name not in self.pool:  # others may have taken its place
-            self.upkeep.leave(name)
-        self._follow(name, meta, arrival.source)
+        if performer.name not in self.pool:  # others may have taken its place
+            performer.watch.leave()
+        self._follow(performer, meta)
         return True
 
-    def _has_room(self, name: str, frames: Frames, arrival: Arrival) -> bool:
+    def _has_room(self, performer: PerformerRecord, frames: Frames, arrival: Arrival) -> bool:
         """Return whether a performer can be followed, if need be in place of one that no frames come of."""
-        if name in self.pool or len(self.pool) < MAX_PERFORMERS:
+        if performer.name in self.pool or len(self.pool) < MAX_PERFORMERS:
             return True
-        heard = self._heard.get(self.pool.names[0])  # the one that is idle for longest
-        if heard is None:
+        longest = self.performers[self.pool.names[0]]  # that is idle for longest
+        if longest.latest is None:
             return True
-        if self.feeds[heard.source].source.live:
-            return arrival.at - heard.at > _IDLE
-        return heard.source == arrival.source and float(frames.times[0]) - heard.time > _IDLE
+        if self.feeds[longest.source].source.live:
+            return arrival.at - longest.latest.at > _IDLE
+        return longest.source == performer.source and float(frames.times[0]) - longest.latest.time > _IDLE
 
     def _push(self, frames: Frames, arrival: Arrival) -> None:
         if self.beginnings[arrival.source].is_old(arrival, len(frames)):
             return
-        name = self._name(arrival.source, frames.performer)
-        self.naming.count(arrival.source, frames)
-        if frames.performer != name:
-            frames = msgspec.structs.replace(frames, performer=name)
-        if not self._ensure_followed(name, frames, arrival):
+        performer = self._performer(arrival.source, frames.performer)
+        performer.received += len(frames)
+        if frames.performer != performer.name:
+            frames = msgspec.structs.replace(frames, performer=performer.name)
+        if not self._ensure_followed(performer, frames, arrival):
             return
-        self._heard[name] = _LatestFrames(arrival.source, arrival.at, float(frames.times[-1]))
-        resumed = self.upkeep.heard(self, arrival, name)
-        frames = self.stream_time.within(frames, self.max_pause(name))
+        performer.latest = LatestFrames(arrival.at, float(frames.times[-1]))
+        resumed = self.upkeep.heard(self, arrival, performer)
+        max_pause = self.max_pause(performer)
+        frames = performer.time.within(frames, math.inf if self.seconds is None else self.seconds, max_pause)
         if not len(frames):
             return
-        odd = self._odd_times.finding(frames, self.max_pause(name))
+        odd = performer.steps.finding(frames, max_pause)
         if odd:
-            _log.warning("%s: %s: %s", self._source_name(arrival.source), name, odd)
-        for part in parts(frames, self.max_pause(name)):
-            self._segment(part, arrival.at, resumed=resumed)
+            _log.warning("%s: %s: %s", self._source_name(performer), performer.name, odd)
+        for part in parts(frames, max_pause):
+            self._segment(performer, part, arrival.at, resumed=resumed)
             resumed = False
 
-    def _segment(self, frames: Frames, arrived_at: float, *, resumed: bool) -> None:
+    def _segment(
+        self, performer: PerformerRecord, whole: Frames, arrived_at: float, *, resumed: bool
+    ) -> None:
         """Push frames, and hand them on with the events that they cause.
 
         Args:
-            frames: Of one performer.
+            performer: Whose frames they are.
+            whole: The frames, with all joints of the source.
             arrived_at: Monotonic s.
             resumed: Whether frames had stalled before.
         """
-        whole, frames = frames, of_joints(frames, self._bodies.get(frames.performer, _ALL))
+        frames = of_joints(whole, performer.body)
         try:
             events = self.pool.push(frames)
         except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
-            self._refuse(frames, error)
+            self._refuse(performer, len(frames), error)
             return
         self.outcome.frames += len(frames)
         starts = take_starts(events, frames)
         if starts:
             events = [_of_run(event, self.run_id) for event in events]
-            events = self._reasons.add_to(events, starts[0].time)
-        self._reasons.seen(frames.performer, float(frames.times[-1]))
+            events = performer.reasons.add_to(events, starts[0].time)
+        performer.reasons.seen(float(frames.times[-1]))
         if resumed:
             place = max((i for i, event in enumerate(events, 1) if is_start(event)), default=0)
-            events.insert(place, self.stream_event(frames.performer, "resumed"))
+            events.insert(place, self.stream_event(performer.name, "resumed"))
         parcels = [*map(Parcel, starts)]
         if events:
             parcels.append(Parcel(events, arrived_at))
@@ -424,63 +393,63 @@ class Pipeline(Run):
             for parcel in parcels:
                 outlet.put(parcel)
 
-    def _turn_away(self, name: str, count: int) -> None:
+    def _turn_away(self, performer: PerformerRecord, count: int) -> None:
         """Count the frames of a newcomer for whom there is no room; say so at the first."""
-        if not self._refused:
+        # The latest comes first: in a flood of names it was refused, and the search ends there.
+        if not any(other.is_refused for other in reversed(self.performers.values())):
             _log.warning(
                 "%d performers are followed and all of them move: %s and other newcomers are refused, and counted",
                 MAX_PERFORMERS,
-                name,
+                performer.name,
             )
-        self._refused.add(name)
-        self.unusable[name] = self.unusable.get(name, 0) + count
+        performer.is_refused = True
+        performer.unusable += count
 
-    def _put_it_off(self, name: str, count: int, source: int) -> None:
+    def _put_it_off(self, performer: PerformerRecord, count: int) -> None:
         """Count the frames of what is too much that is new for now; log it once of each source."""
-        if source not in self._put_off:
-            self._put_off.add(source)
+        if performer.source not in self._put_off:
+            self._put_off.add(performer.source)
             _log.warning(
                 "%s: more new performers or skeletons come than one second allows; %s and others wait, and their frames "
                 "are counted",
-                self._source_name(source),
-                name,
+                self._source_name(performer),
+                performer.name,
             )
-        self.unusable[name] = self.unusable.get(name, 0) + count
+        performer.unusable += count
 
     def _end_departed(self, departure: Departure, source: int) -> None:
-        name = self.naming.known(source, departure.performer)
-        if name is not None and name in self.pool:
-            self.end_take(name, departure.reason)
-            self.upkeep.leave(name)
-            self.stream_time.absent(name)
+        performer = self.naming.known(source, departure.performer)
+        if performer is not None and performer.name in self.pool:
+            self.end_take(performer.name, departure.reason)
+            performer.watch.leave()
+            performer.time.is_absent = True
 
     def _change_occupant(self, occupant: Occupant, source: int) -> None:
         """Note the person whose frames follow; for another person, range and noise are reset."""
-        name = self._name(source, occupant.performer)
-        self._reasons.set_occupant(name, occupant.id, another=occupant.another)
-        if occupant.another and name in self.pool:
-            self.send(self.pool.reset(name, "another person"))
+        performer = self._performer(source, occupant.performer)
+        performer.reasons.set_occupant(occupant.id, another=occupant.another)
+        if occupant.another and performer.name in self.pool:
+            self.send(self.pool.reset(performer.name, "another person"))
 
-    def _refuse(self, frames: Frames, error: Exception) -> None:
-        count = self.unusable.get(frames.performer, 0)
-        if not count and frames.performer not in self._unfollowed:  # why is said already
-            _log.warning("frames of %s cannot be used and are counted: %s", frames.performer, in_words(error))
-        self.unusable[frames.performer] = count + len(frames)
+    def _refuse(self, performer: PerformerRecord, count: int, error: Exception) -> None:
+        if not performer.unusable and not performer.is_unfollowed:  # otherwise the reason was logged before
+            _log.warning("frames of %s cannot be used and are counted: %s", performer.name, in_words(error))
+        performer.unusable += count
 
     def _end_source(self, source: int, error: Exception | None) -> None:
         self.running[source] = False
         if error is not None:
-            name = self._source_name(source)
+            name = self.feeds[source].source.name
             text = str(error) if str(error).startswith(name) else f"{name}: {error}"
             _log.error("%s", " ".join(text.split()))
             self.outcome.errors.append(error)
         self.end_takes(source, "end of stream" if error is None else "source failed")
-        self.upkeep.forget(source)
         for performer in self.naming.of_source(source):
-            self.stream_time.absent(performer)
+            performer.watch.leave()
+            performer.time.is_absent = True
 
-    def _source_name(self, source: int) -> str:
-        return self.feeds[source].source.name
+    def _source_name(self, performer: PerformerRecord) -> str:
+        return self.feeds[performer.source].source.name
 
     def _check_outlets(self) -> None:
         for outlet in list(self.outlets):
@@ -513,7 +482,8 @@ class Pipeline(Run):
             feed.join(_LEAVE)
 
 
-def _called(meta: Meta, name: str) -> Meta:
+def _called(meta: Meta, performer: PerformerRecord) -> Meta:
+    name = performer.name
     return meta if meta.performer == name else msgspec.structs.replace(meta, performer=name)
 
 

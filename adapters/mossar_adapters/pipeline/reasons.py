@@ -1,6 +1,4 @@
-"""Reasons: whose frames a take begins with, where slots stand for the ids of a sender."""
-
-from collections.abc import Container
+"""Reasons: whose frames a take begins with, where a slot stands for the ids of a sender."""
 
 import msgspec
 
@@ -17,47 +15,38 @@ class Reasons:
     Example:
         >>> from mossar_stream import StreamEvent
         >>> reasons = Reasons()
-        >>> reasons.set_occupant("p1", "p7")
-        >>> reasons.seen("p1", 3.0)
+        >>> reasons.set_occupant("p7")
+        >>> reasons.seen(3.0)
         >>> started = StreamEvent(performer="p1", event="started", take=1, reason="")
         >>> reasons.add_to([started], 15.0)[0].reason
         'id 7; back after 12 s'
     """
 
     def __init__(self) -> None:
-        self._ids: dict[str, str] = {}  # of the sender, by slot
-        self._seen: dict[str, float] = {}  # s of the source's clock, when each slot had frames last
+        self._id: str | None = None  # of the sender; None where performers have no slots
+        self._seen: float | None = None  # s of the source's clock, when the slot had frames last
 
-    def set_occupant(self, name: str, ident: str, *, another: bool = False) -> None:
-        """Set the person in a slot; another person than before is not reported as back."""
-        self._ids[name] = ident
+    def set_occupant(self, ident: str, *, another: bool = False) -> None:
+        """Set the person in the slot; another person than before is not reported as back."""
+        self._id = ident
         if another:
-            self._seen.pop(name, None)
+            self._seen = None
 
-    def seen(self, name: str, time: float) -> None:
-        """Set the time of a slot's latest frame, s."""
-        if name in self._ids:
-            self._seen[name] = time
+    def seen(self, time: float) -> None:
+        """Set the time of the slot's latest frame, s."""
+        if self._id is not None:
+            self._seen = time
 
     def add_to(self, events: list[Event], time: float) -> list[Event]:
         """Return events, with the reason added to those that begin a take.
 
         Args:
-            events: Of one performer.
+            events: Of the performer.
             time: Of the first frame that they are of, s.
         """
-        return [self._with_reason(event, time) for event in events] if self._ids else events
-
-    def forget(self, kept: Container[str]) -> None:
-        """Forget all others."""
-        self._ids = {name: ident for name, ident in self._ids.items() if name in kept}
-        self._seen = {name: time for name, time in self._seen.items() if name in kept}
-
-    def _with_reason(self, event: Event, time: float) -> Event:
-        if not is_start(event) or event.performer not in self._ids:
-            return event
-        reason = shown(self._ids[event.performer])
-        away = time - self._seen.get(event.performer, time)
+        if self._id is None:
+            return events
+        reason, away = shown(self._id), time - (time if self._seen is None else self._seen)
         if away > 0:
             reason += f"; back after {away:.0f} s" if away >= _WHOLE else f"; back after {away:.1f} s"
-        return msgspec.structs.replace(event, reason=reason)
+        return [msgspec.structs.replace(e, reason=reason) if is_start(e) else e for e in events]

@@ -4,17 +4,16 @@ The pipeline drives it; upkeep looks after it between frames, and needs no more 
 """
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from mossar_adapters.pipeline.beginning import Beginning
 from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Inbox
-from mossar_adapters.pipeline.latency import Latency
 from mossar_adapters.pipeline.naming import Naming
 from mossar_adapters.pipeline.outcome import Outcome, in_words
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
+from mossar_adapters.pipeline.performer_record import PerformerRecord
 from mossar_adapters.pipeline.pool import Pool
-from mossar_adapters.pipeline.stream_time import StreamTime
 from mossar_adapters.source import Source
 from mossar_stream import Event, Settings, StreamChange, StreamEvent
 
@@ -28,7 +27,7 @@ class Run:
         sources: At least one.
         settings: Settings of the segmenters.
         pool: The segmenters.
-        stream_time: How far each performer's stream is.
+        seconds: How much of each performer's time is wanted; None for all.
         run_id: Name of the run.
 
     Attributes:
@@ -36,20 +35,18 @@ class Run:
         feeds: The reader of each source.
         beginnings: What each source has dropped because it was old at the start.
         running: Whether each source still delivers.
-        naming: Our names of the performers.
+        naming: Our names of the performers, and what is known of each.
         live: Whether a source is live.
         outlets: The writer of each sink that works.
         outcome: What becomes of the run.
-        latency: Of each performer.
-        unusable: Frames of each performer that did not fit.
     """
 
     def __init__(
-        self, sources: Sequence[Source], settings: Settings, pool: Pool, stream_time: StreamTime, run_id: str
+        self, sources: Sequence[Source], settings: Settings, pool: Pool, seconds: float | None, run_id: str
     ) -> None:
         self.settings = settings
         self.pool = pool
-        self.stream_time = stream_time
+        self.seconds = seconds
         self.run_id = run_id
         self.inbox = Inbox([source.live for source in sources])
         self.feeds = [Feed(source, i, self.inbox) for i, source in enumerate(sources)]
@@ -59,22 +56,26 @@ class Run:
         self.live = any(source.live for source in sources)
         self.outlets: list[Outlet] = []
         self.outcome = Outcome()
-        self.latency: dict[str, Latency] = {}
-        self.unusable: dict[str, int] = {}
-        self._max_pauses: dict[str, float] = {}  # of each performer, until settings change
 
     @property
-    def times(self) -> Mapping[str, tuple[float, float]]:
-        """First and last time of each performer, s on its source's clock."""
-        return self.stream_time.spans
+    def performers(self) -> dict[str, PerformerRecord]:
+        """What is known of each performer, by its name in events."""
+        return self.naming.performers
 
-    def max_pause(self, performer: str) -> float:
+    def is_over(self) -> bool:
+        """Return whether every present performer has reached the end that was asked for, and there is one."""
+        if self.seconds is None:
+            return False
+        times = [performer.time for performer in self.performers.values() if performer.time.last is not None]
+        return any(time.is_over for time in times) and all(time.is_over or time.is_absent for time in times)
+
+    def max_pause(self, performer: PerformerRecord) -> float:
         """Return how long a performer's frames may stop before its take ends, s."""
-        known = self._max_pauses.get(performer)
-        if known is None:
-            settings = self.pool[performer].settings if performer in self.pool else self.pool.settings
-            known = self._max_pauses[performer] = settings.max_pause
-        return known
+        if performer.max_pause is None:
+            name = performer.name
+            settings = self.pool[name].settings if name in self.pool else self.pool.settings
+            performer.max_pause = settings.max_pause
+        return performer.max_pause
 
     def send(self, events: list[Event], arrived_at: float | None = None) -> None:
         """Hand events to all sinks."""
@@ -86,7 +87,7 @@ class Run:
     def end_takes(self, source: int, reason: str) -> None:
         """End the takes of all performers of a source."""
         for performer in self.naming.of_source(source):
-            self.end_take(performer, reason)
+            self.end_take(performer.name, reason)
 
     def end_take(self, performer: str, reason: str) -> None:
         """End the take of a performer, if there is one."""

@@ -18,9 +18,9 @@ def slots_by_source(run: Run) -> dict[str, list[dict[str, object]]]:
     """Return who is in the slots of each source; see `Slots.table`."""
     return {
         source.name: [
-            {**row, "slot": name}
+            {**row, "slot": performer.name}
             for row in source.table()
-            if (name := run.naming.known(i, str(row["slot"]))) is not None
+            if (performer := run.naming.known(i, str(row["slot"]))) is not None
         ]
         for i, source in sources_with_slots(run).items()
     }
@@ -68,17 +68,14 @@ def _slot(run: Run, number: int, name: str) -> str | None:
     """Return what a source calls the slot that events call `name`; one that was not used yet has its own name."""
     for slot in sources_with_slots(run)[number].performers:
         known = run.naming.known(number, slot)
-        if known == name or (known is None and slot == name and name not in run.naming.names):
+        if known.name == name if known else slot == name and name not in run.naming.performers:
             return str(slot)
     return None
 
 
 def _names(run: Run) -> list[str]:
     """Return the names that `_slot` knows."""
-    found = {
-        name
-        for i, source in sources_with_slots(run).items()
-        for slot in source.performers
-        if _slot(run, i, name := run.naming.known(i, slot) or slot) is not None
-    }
+    places = [(i, slot) for i, source in sources_with_slots(run).items() for slot in source.performers]
+    names = {known.name if (known := run.naming.known(i, slot)) else slot for i, slot in places}
+    found = {name for name in names if any(_slot(run, i, name) is not None for i, _ in places)}
     return sorted(found, key=lambda name: (len(name), name))

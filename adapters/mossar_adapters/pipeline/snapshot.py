@@ -86,9 +86,8 @@ def write_snapshot(path: Path, snapshot: Snapshot) -> None:
         beside.replace(path)
         _sync_folder(path.parent)
     except OSError as error:
-        with contextlib.suppress(
-            OSError
-        ):  # on a full disk, what was written of it takes room that others need
+        # On a full disk, what was written of it takes room that others need.
+        with contextlib.suppress(OSError):
             beside.unlink(missing_ok=True)
         raise SnapshotError(f"{path}: the snapshot cannot be written: {error.strerror or error}") from None
 

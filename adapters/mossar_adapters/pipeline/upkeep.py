@@ -2,11 +2,8 @@
 
 import hashlib
 import logging
-import math
 import time
-from collections.abc import Container
 from pathlib import Path
-from typing import NamedTuple
 
 import msgspec
 
@@ -14,33 +11,21 @@ from mossar_adapters.abilities import HasPosition, Resumes, Syncs, offered
 from mossar_adapters.pipeline.counting import counters_of, explanation
 from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival
+from mossar_adapters.pipeline.performer_record import PerformerRecord
 from mossar_adapters.pipeline.run import Run
 from mossar_adapters.pipeline.slots_of_run import sources_with_slots
 from mossar_adapters.pipeline.snapshot import Snapshot, write_snapshot
-from mossar_adapters.pipeline.watch import Watch
+from mossar_adapters.pipeline.tally import Counts
 from mossar_stream import MossarError, Moves, SnapshotError, StatsEvent
 
 STOPPED = "frames stopped"  # why a take ended whose frames no longer come; `gap` is a step in their times
 SILENCE = 3.0  # s without a frame after which a source explains itself
-_JUST_NOW = 0.5  # s, in which too few frames come for a rate
-_SHORTEST = 1e-9  # s that there must be for a rate; a clock of nonsense may have less
 _TRAILING = 0.05  # s after the last frame in which the rest of its messages may come
 _FEW = 5  # frames that may be dropped without a line
-_MOST_LOGGED = 20  # performers that are logged for frames without any joint
+_MOST_LOGGED = 20  # performers that are logged for frames without any joint, or for dropped ones
 _CHECK_EVERY = 0.02  # s between two checks
 
 _log = logging.getLogger("mossar.pipeline")
-
-
-class _Mark(NamedTuple):
-    """What was counted of a performer: frames, the time of its stream that passed (s), and when (monotonic s)."""
-
-    frames: int
-    length: float
-    at: float
-
-
-_FIRST = _Mark(1, 0.0, -math.inf)
 
 
 class Upkeep:
@@ -61,59 +46,31 @@ class Upkeep:
         self._unwritten = False  # whether the latest snapshot could not be written
         self._moves: Moves | None = None  # those of the digest:
         self._moves_digest = b""
-        self._watch = Watch(lambda _: 1.0)
         self._checked = 0.0  # monotonic s
         self._stats_due = float("inf")
         self._snapshot_due = float("inf")
         self._received: dict[int, int] = {}  # messages of each silent source when its silence began
         self._explained: set[int] = set()  # sources whose silence was explained
-        # Frames of each performer, and those without joints, at the last check.
-        self._nobody: dict[str, tuple[int, int]] = {}
-        self._late: dict[
-            str, tuple[int, int]
-        ] = {}  # of each performer at the last check: frames, and dropped ones
-        self._dropped: set[str] = set()  # performers of whom it was logged that most frames are dropped
-        self._empty: set[str] = set()  # performers whose frames without joints were logged
-        self._nobody_due = 0.0  # monotonic s
-        self._logged = 0  # how often that was logged
+        self._counts_due = 0.0  # monotonic s
+        self._empty_logged = 0  # performers that were logged for frames without any joint
+        self._dropped_logged = 0  # performers that were logged for dropped frames
         self._full: set[int] = set()  # sources whose full queue was logged
-        self._counted: dict[
-            str, tuple[_Mark, _Mark]
-        ] = {}  # of each performer at the last stats, and at those before
 
     def begin(self, run: Run) -> None:
         """Start the clocks."""
         now = time.monotonic()
-        self._watch = Watch(run.max_pause)
         self._stats_due = now + self._stats if self._stats else float("inf")
         self._snapshot_due = now + self._period if self._path else float("inf")
         self._write(run, complete=False)  # from here on a run that is killed can go on with its outputs
 
-    def heard(self, run: Run, arrival: Arrival, performer: str) -> bool:
+    def heard(self, run: Run, arrival: Arrival, performer: PerformerRecord) -> bool:
         """Take note that frames came; return whether they had stalled."""
         feed = run.feeds[arrival.source]
         feed.heard_at, feed.delivered = arrival.at, True
         self._explained.discard(arrival.source)
         if not feed.source.live:
             return False
-        return self._watch.heard(performer, arrival.source, arrival.at, arrival.came)
-
-    def forget(self, source: int) -> None:
-        """Stop watching a source that has ended."""
-        self._watch.forget(source)
-
-    def keep(self, performers: Container[str]) -> None:
-        """Stop watching all others."""
-        self._watch.keep(performers)
-        for table in (self._counted, self._nobody, self._late):
-            for name in [name for name in table if name not in performers]:
-                del table[name]
-        self._empty = {name for name in self._empty if name in performers}
-        self._dropped = {name for name in self._dropped if name in performers}
-
-    def leave(self, performer: str) -> None:
-        """Stop watching a performer who has left."""
-        self._watch.leave(performer)
+        return performer.watch.heard(arrival.at, arrival.came)
 
     def check(self, run: Run) -> None:
         """Do what is due."""
@@ -123,10 +80,9 @@ class Upkeep:
         self._checked = now
         self._look_for_stalls(run, now)
         self._look_for_silence(run, now)
-        if now >= self._nobody_due:
-            self._nobody_due = now + SILENCE
-            self._look_for_nobody(run)
-            self._look_for_dropped(run)
+        if now >= self._counts_due:
+            self._counts_due = now + SILENCE
+            self._look_at_counts(run)
         if now >= self._stats_due:
             self._stats_due = max(now, self._stats_due + (self._stats or 0.0))
             self.send_stats(run)
@@ -144,35 +100,24 @@ class Upkeep:
 
     def stats_of(self, run: Run, performer: str) -> StatsEvent:
         """Return the counters of a performer; the rate is that since the last stats, on the source's clock."""
-        source = run.naming.source_of(performer)
-        counted = counters_of(run.feeds[source].source)
-        quantiles = run.latency[performer].quantiles_ms() if performer in run.latency else None
+        record = run.performers[performer]
+        counted = counters_of(run.feeds[record.source].source)
+        quantiles = record.latency.quantiles_ms()
         stats = run.pool[performer].stats
-        fps = self._rate(performer, stats["frames"], run.stream_time.lengths.get(performer, 0.0))
+        fps = record.tally.rate(stats["frames"], record.time.length, time.monotonic())
         return StatsEvent(
             performer=performer,
             fps=round(fps, 2),
-            malformed=counted.get("malformed", 0) + run.unusable.get(performer, 0),
+            malformed=counted.get("malformed", 0) + record.unusable,
             kernel_drops=counted.get("kernel_drops", 0),
             retimed=counted.get("retimed", 0),
-            queue_dropped=run.inbox.dropped[source]
-            + run.beginnings[source].dropped
+            queue_dropped=run.inbox.dropped[record.source]
+            + run.beginnings[record.source].dropped
             + counted.get("skipped", 0),
             latency_p50_ms=quantiles[0] if quantiles else None,
             latency_p99_ms=quantiles[1] if quantiles else None,
             **stats,
         )
-
-    def _rate(self, performer: str, frames: int, length: float) -> float:
-        """Return the rate since the last stats, Hz, or since those before if the last ones were sent just now."""
-        mark = _Mark(frames, length, time.monotonic())
-        last, before = self._counted.get(performer, (_FIRST, _FIRST))
-        if mark.at - last.at < _JUST_NOW:
-            last = before
-        else:
-            self._counted[performer] = mark, last
-        passed = mark.length - last.length
-        return (mark.frames - last.frames) / passed if passed > _SHORTEST else 0.0
 
     def keeps_takes(self, run: Run) -> bool:
         """Return whether takes stay open at the end: the run was cut short and is to go on later."""
@@ -180,8 +125,7 @@ class Upkeep:
 
     def end(self, run: Run) -> None:
         """Send the last stats, say what was lost, and write the last snapshot."""
-        self._look_for_nobody(run)
-        self._look_for_dropped(run)
+        self._look_at_counts(run)
         if self._stats or self._path is not None:  # the delays of all events count, and none may be lost
             for outlet in run.outlets:
                 outlet.settle()
@@ -267,14 +211,14 @@ class Upkeep:
     def _look_for_stalls(self, run: Run, now: float) -> None:
         # Silence is what a reader has heard: after a pause of the whole machine, frames may wait in the socket.
         until = {i: feed.looked_at for i, feed in enumerate(run.feeds)} | run.inbox.oldest()
-        for performer, finding in self._watch.check(now, until):
-            if performer not in run.pool:  # others have taken its place
-                self._watch.leave(performer)
-            elif finding == "stalled":
-                run.send([run.stream_event(performer, "stalled", "no frames for 0.3 s")])
-            else:
-                run.end_take(performer, STOPPED)
-                run.stream_time.absent(performer)
+        for name in run.pool.names:
+            performer = run.performers[name]
+            findings = performer.watch.check(until.get(performer.source, now), run.max_pause(performer))
+            if "stalled" in findings:
+                run.send([run.stream_event(name, "stalled", "no frames for 0.3 s")])
+            if "ended" in findings:
+                run.end_take(name, STOPPED)
+                performer.time.is_absent = True
 
     def _look_for_silence(self, run: Run, now: float) -> None:
         for i, feed in enumerate(run.feeds):
@@ -292,41 +236,37 @@ class Upkeep:
                     "%s: frames come faster than they are used; the oldest are dropped", feed.source.name
                 )
 
-    def _look_for_nobody(self, run: Run) -> None:
-        """Log once for each performer that its frames have no joints."""
-        for performer in run.pool.names:
-            stats = run.pool[performer].stats
-            frames, unseen = self._nobody.get(performer, (0, 0))
-            self._nobody[performer] = stats["frames"], stats["unseen"]
-            if performer not in self._empty and 0 < stats["frames"] - frames == stats["unseen"] - unseen:
-                self._empty.add(performer)
-                self._logged += 1
-                if (
-                    self._logged <= _MOST_LOGGED
-                ):  # more, in a flood of names, would fill a pipe that nobody reads
-                    _log.warning(
-                        "%s: frames come without a tracked joint: all joints are missing, or more than 100 km away%s",
-                        performer,
-                        "; others are not logged" if self._logged == _MOST_LOGGED else "",
-                    )
+    def _look_at_counts(self, run: Run) -> None:
+        """Log once for each performer that its frames have no joints, and once that most of them are dropped."""
+        for name in run.pool.names:
+            stats, tally = run.pool[name].stats, run.performers[name].tally
+            new = tally.since_last(Counts(stats["frames"], stats["unseen"], stats["out_of_order"]))
+            if not tally.empty_is_logged and 0 < new.frames == new.unseen:
+                tally.empty_is_logged = True
+                self._log_empty(name)
+            if not tally.dropped_is_logged and new.out_of_order > max(new.frames // 2, _FEW):
+                tally.dropped_is_logged = True
+                self._log_dropped(name, new)
 
-    def _look_for_dropped(self, run: Run) -> None:
-        """Log once for each performer that most of its frames are dropped."""
-        for performer in run.pool.names:
-            stats = run.pool[performer].stats
-            frames, late = self._late.get(performer, (0, 0))
-            self._late[performer] = stats["frames"], stats["out_of_order"]
-            came, dropped = stats["frames"] - frames, stats["out_of_order"] - late
-            if performer in self._dropped or dropped <= max(came // 2, _FEW):
-                continue
-            self._dropped.add(performer)
-            if len(self._dropped) <= _MOST_LOGGED:
-                _log.warning(
-                    "%s: %d of %d frames are dropped: their times are not later than those before",
-                    performer,
-                    dropped,
-                    came,
-                )
+    def _log_empty(self, name: str) -> None:
+        self._empty_logged += 1
+        # More, in a flood of names, would fill a pipe that nobody reads.
+        if self._empty_logged <= _MOST_LOGGED:
+            _log.warning(
+                "%s: frames come without a tracked joint: all joints are missing, or more than 100 km away%s",
+                name,
+                "; others are not logged" if self._empty_logged == _MOST_LOGGED else "",
+            )
+
+    def _log_dropped(self, name: str, new: Counts) -> None:
+        self._dropped_logged += 1
+        if self._dropped_logged <= _MOST_LOGGED:
+            _log.warning(
+                "%s: %d of %d frames are dropped: their times are not later than those before",
+                name,
+                new.out_of_order,
+                new.frames,
+            )
 
     def _silence(self, feed: Feed, before: int) -> str:
         """Return what is known of why no frames come: what never came is another matter than what stopped.

@@ -1,86 +1,61 @@
 """Watch: notices on the wall clock that frames have stopped, and that they are back."""
 
-from collections.abc import Callable, Container, Mapping
-from types import MappingProxyType
+import math
 from typing import Literal
-
-import msgspec
 
 STALL = 0.3  # s without frames
 
 Finding = Literal["stalled", "ended"]
 
 
-class _Watched(msgspec.Struct):
-    at: float  # monotonic s of the last frames
-    source: int
-    stalled: bool = False
-    ended: bool = False
-
-
 class Watch:
-    """Keeps the time of the last frames of each performer of live sources.
-
-    Args:
-        max_pause: Returns the time without frames after which a performer's take ends, s.
+    """Keeps the time of the last frames of a performer of a live source.
 
     Example:
-        >>> watch = Watch(lambda _: 1.0)
-        >>> watch.heard("p1", 0, now=0.0), watch.check(0.2), watch.check(0.4), watch.check(0.5)
-        (False, [], [('p1', 'stalled')], [])
-        >>> watch.check(1.1), watch.heard("p1", 0, now=2.0)
-        ([('p1', 'ended')], True)
+        >>> watch = Watch()
+        >>> watch.heard(now=0.0), watch.check(0.2, 1.0), watch.check(0.4, 1.0), watch.check(0.5, 1.0)
+        (False, [], ['stalled'], [])
+        >>> watch.check(1.1, 1.0), watch.heard(now=2.0)
+        (['ended'], True)
     """
 
-    def __init__(self, max_pause: Callable[[str], float]) -> None:
-        self._max_pause = max_pause
-        self._heard: dict[str, _Watched] = {}
+    def __init__(self) -> None:
+        self._at = math.inf  # monotonic s of the last frames; infinite while nothing is watched
+        self._stalled = False
+        self._ended = False
 
-    def heard(self, performer: str, source: int, now: float, came: float | None = None) -> bool:
+    def heard(self, now: float, came: float | None = None) -> bool:
         """Take note of frames; return whether they had stalled.
 
         Frames that arrived before the stall, and waited for what completes them, change nothing.
 
         Args:
-            performer: Whose.
-            source: Where they come from.
             now: Monotonic s.
             came: When they arrived, monotonic s; None: now.
         """
-        known = self._heard.get(performer)
-        if known is not None and known.stalled and came is not None and came - known.at <= STALL:
+        if self._stalled and came is not None and came - self._at <= STALL:
             return False
-        self._heard[performer] = _Watched(now, source)
-        return known is not None and known.stalled
+        resumed = self._stalled
+        self._at, self._stalled, self._ended = now, False, False
+        return resumed
 
-    def leave(self, performer: str) -> None:
-        """Stop watching a performer who has left."""
-        self._heard.pop(performer, None)
+    def leave(self) -> None:
+        """Stop watching: the performer has left, or the source has ended."""
+        self._at, self._stalled, self._ended = math.inf, False, False
 
-    def keep(self, performers: Container[str]) -> None:
-        """Stop watching all others."""
-        self._heard = {name: heard for name, heard in self._heard.items() if name in performers}
-
-    def forget(self, source: int) -> None:
-        """Stop watching the performers of a source that has ended."""
-        self._heard = {name: heard for name, heard in self._heard.items() if heard.source != source}
-
-    def check(
-        self, now: float, until: Mapping[int, float] = MappingProxyType({})
-    ) -> list[tuple[str, Finding]]:
-        """Return the performers that have stalled, and those whose takes are over, since the last call.
+    def check(self, until: float, max_pause: float) -> list[Finding]:
+        """Return what has been noticed since the last call: that frames stopped, and that the take is over.
 
         Args:
-            now: Monotonic s.
-            until: Up to when each source has been heard out: what waits in a queue has come in time.
+            until: Up to when the source has been heard out, monotonic s: what waits in a queue has come in time.
+            max_pause: Time without frames after which the take ends, s.
         """
-        found: list[tuple[str, Finding]] = []
-        for name, heard in self._heard.items():
-            quiet = until.get(heard.source, now) - heard.at
-            if quiet > STALL and not heard.stalled:
-                heard.stalled = True
-                found.append((name, "stalled"))
-            if heard.stalled and not heard.ended and quiet > self._max_pause(name):
-                heard.ended = True
-                found.append((name, "ended"))
+        found: list[Finding] = []
+        quiet = until - self._at
+        if quiet > STALL and not self._stalled:
+            self._stalled = True
+            found.append("stalled")
+        if self._stalled and not self._ended and quiet > max_pause:
+            self._ended = True
+            found.append("ended")
         return found

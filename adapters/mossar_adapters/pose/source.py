@@ -114,10 +114,11 @@ class WebcamSource:
         self._closing = threading.Event()
         self._camera: Camera | None = None  # None while it is lost
         self._last = -1  # number of the latest picture
+        # s, and monotonic s of the next attempt to get it back.
         self._pause, self._again = (
             _SHORTEST_PAUSE,
             0.0,
-        )  # s, and monotonic s of the next attempt to get it back
+        )
 
     @classmethod
     def from_address(

@@ -100,9 +100,8 @@ class Nuisances:
     """
 
     def __init__(self) -> None:
-        self._rubbish: Newest[tuple[str, int], int] = Newest(
-            _MOST
-        )  # malformed datagrams in a row, by host and port
+        # Malformed datagrams in a row, by host and port.
+        self._rubbish: Newest[tuple[str, int], int] = Newest(_MOST)
 
     def skips(self, sender: tuple[str, int]) -> bool:
         """Return whether a datagram need not be read."""

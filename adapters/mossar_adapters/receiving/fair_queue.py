@@ -25,9 +25,8 @@ class FairQueue(Generic[Kept]):
 
     def __init__(self, most: int) -> None:
         self._most = most
-        self._waiting: OrderedDict[object, deque[Kept]] = (
-            OrderedDict()
-        )  # the client whose turn it is comes first
+        # The client whose turn it is comes first.
+        self._waiting: OrderedDict[object, deque[Kept]] = OrderedDict()
         self._count = 0
         self._changed = threading.Condition()
 

@@ -31,9 +31,8 @@ class Pacer:
         if speed != "max" and not 0 < speed < math.inf:
             raise ValueError(f"speed must be a positive number or 'max', not {speed!r}")
         self.speed = speed
-        self._seconds = (
-            0.0 if speed == "max" else 1.0 / speed
-        )  # wall-clock seconds per source second, 0 for "max"
+        # Wall-clock seconds per source second, 0 for "max".
+        self._seconds = 0.0 if speed == "max" else 1.0 / speed
         self._lock = threading.Lock()
         self._origin: float | None = None  # monotonic s at source time 0
         self._paused_at: float | None = None  # monotonic s

@@ -148,9 +148,8 @@ def test_the_six_twins_agree(shared):
     for recording in found:
         assert recording.fps == 50
         assert recording.skeleton == found[0].skeleton
-        np.testing.assert_allclose(
-            positions_of(recording), positions_of(found[0]), atol=3e-4
-        )  # the integers' step
+        # The integers' step.
+        np.testing.assert_allclose(positions_of(recording), positions_of(found[0]), atol=3e-4)
 
 
 def test_markers_agree_with_ezc3d(shared):

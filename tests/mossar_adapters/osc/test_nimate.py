@@ -87,9 +87,8 @@ def test_the_mark_ends_a_frame_that_comes_slowly():
     decoder, items = OscDecoder(parse_url("osc://127.0.0.1:0")), []
     now = 0.0
     for k, messages in enumerate(basic(20)):
-        messages = [
-            data for i, data in enumerate(messages) if i != (k if k > 3 else -1)
-        ]  # another one is lost
+        # Another one is lost.
+        messages = [data for i, data in enumerate(messages) if i != (k if k > 3 else -1)]
         for data in messages:
             now += 0.06 if data is messages[2] else 0.001
             items += decoder.idle(now)

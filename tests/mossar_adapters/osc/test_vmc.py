@@ -295,9 +295,8 @@ def test_handedness_is_flipped_for_places_and_turns_alike():
     pose = VmcPose(("Hips", "LeftUpperArm", "LeftLowerArm"), {})
     quarter = (0.0, HALF, 0.0, HALF)  # about +y
     table = np.array([(0, 1, 0, *quarter), (-0.2, 0.5, 0, *STILL), (-0.3, 0, 0, *STILL)])
-    left_handed = np.array(
-        [(0, 1, 0), (0, 1.5, 0.2), (0, 1.5, 0.5)]
-    )  # Unity: +y turns +z towards +x, -x to +z
+    # Unity: +y turns +z towards +x, -x to +z.
+    left_handed = np.array([(0, 1, 0), (0, 1.5, 0.2), (0, 1.5, 0.5)])
     assert pose.positions(table, None) == pytest.approx(left_handed * (-1, 1, 1))
 
 

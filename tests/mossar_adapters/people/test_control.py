@@ -32,7 +32,7 @@ def run_of(*sources):
     naming = Naming([source.name for source in sources])
     for i, _ in enumerate(sources):
         for slot in ("p1", "p2"):
-            naming.name(i, slot)
+            naming.performer(i, slot)
     return SimpleNamespace(feeds=[SimpleNamespace(source=source) for source in sources], naming=naming)
 
 

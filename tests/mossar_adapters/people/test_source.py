@@ -40,9 +40,8 @@ def test_slots_are_given_in_the_order_of_times_whatever_the_chunks(tracked, play
 def test_of_two_who_come_in_one_moment_the_one_announced_first_is_the_first(tracked, played, chunk):
     items = tracked(cut, chunk=chunk)
     metas, frames = ([item for item in items if isinstance(item, kind)] for kind in (Meta, Frames))
-    frames.sort(
-        key=lambda item: (item.times[0] // (chunk / 60), item.performer == "p1")
-    )  # chunks filled later first
+    # Chunks filled later first.
+    frames.sort(key=lambda item: (item.times[0] // (chunk / 60), item.performer == "p1"))
     slots, _ = played([*metas, *frames])
     assert (slots[0] == 1).all()
     assert (slots[1] == 2).all()
@@ -128,9 +127,8 @@ def test_an_id_with_a_clock_of_its_own_goes_on_with_the_others(tracked, script):
     assert len(times) == 400
 
 
-@pytest.mark.parametrize(
-    "clock", [-200 / 60, 500.0, 500.005]
-)  # of a sender that was started later, or earlier
+# Of a sender that was started later, or earlier.
+@pytest.mark.parametrize("clock", [-200 / 60, 500.0, 500.005])
 def test_a_second_sender_in_the_same_place_is_one_more_person(tracked, bodies, clock, script, monkeypatch):
     ticks = itertools.count()  # frames come as quickly as they were made
     monkeypatch.setattr("mossar_adapters.people.source.time.monotonic", lambda: next(ticks) / 60)

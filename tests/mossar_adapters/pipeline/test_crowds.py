@@ -45,8 +45,7 @@ def test_a_flood_of_performers_neither_takes_memory_nor_ends_the_run(stage, monk
     pipeline = Pipeline([stage.Script([*items, 0.2, stage.meta(), stage.wave(0, 60)], live=True)], [sink])
     outcome = pipeline.run()
     assert outcome.frames == 260
-    assert len(pipeline.naming) <= 41
-    assert len(pipeline.latency) <= 41
+    assert len(pipeline.performers) <= 41
     assert sum(e.event == "ended" for e in sink.of(StreamEvent)) == 101
 
 
@@ -60,7 +59,8 @@ def test_newcomers_are_refused_and_counted_while_all_others_move(stage, monkeypa
     with caplog.at_level(logging.WARNING, "mossar"):
         outcome = pipeline.run()
     assert outcome.frames == 120
-    assert pipeline.unusable == {"eve": 60, "joe": 60}
+    unusable = {name: performer.unusable for name, performer in pipeline.performers.items()}
+    assert unusable == {"ann": 0, "bob": 0, "eve": 60, "joe": 60}
     assert {event.performer for event in sink.events} == {"ann", "bob"}
     assert len([message for message in caplog.messages if "newcomers are refused" in message]) == 1
 
@@ -78,7 +78,7 @@ def test_a_performer_is_there_again_after_a_flood_of_names(stage, monkeypatch):
     pipeline.run()
     ours = [(e.event, e.take) for e in sink.of(StreamEvent) if e.performer == "ann"]
     assert ours[-2:] == [("started", 1), ("ended", 1)]
-    assert pipeline.unusable.get("ann", 0) == 0
+    assert pipeline.performers["ann"].unusable == 0
 
 
 def test_seconds_are_not_waited_for_with_who_has_left_or_stopped(stage):

@@ -439,7 +439,7 @@ def test_a_stranger_with_ever_new_skeletons_is_put_off_and_the_others_are_follow
     assert pipeline.pool["late"].stats["frames"] == 60
     began = sum(e.event == "started" for e in sink.of(StreamEvent) if e.performer == "z")
     assert LARGE_AT_ONCE // (joints - ORDINARY) <= began < 150
-    assert pipeline.unusable["z"] == 150 - began
+    assert pipeline.performers["z"].unusable == 150 - began
     assert caplog.text.count("more new performers or skeletons come than one second allows") == 1
 
 
@@ -469,5 +469,5 @@ def test_a_recording_may_change_its_skeleton_as_often_as_it_likes(stage):
         items.append(Frames(np.ones((1, 400, 3), np.float32), np.array([number / 30]), performer="z"))
     pipeline = Pipeline([stage.Script(items)], [])
     pipeline.run()
-    assert not pipeline.unusable
+    assert not pipeline.performers["z"].unusable
     assert pipeline.outcome.frames == 100

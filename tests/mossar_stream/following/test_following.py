@@ -119,9 +119,8 @@ def test_the_state_is_there_at_every_frame_and_progress_rises(moves, take):
 def test_the_limb_and_the_joint_that_stray_are_named(moves):
     positions, times, _ = session(["punch_left"])
     positions = positions.copy()
-    turn = np.array(
-        [np.sin(0.4), -np.cos(0.4), 0.0], np.float32
-    )  # the right forearm hangs 23 degrees sideways
+    # The right forearm hangs 23 degrees sideways.
+    turn = np.array([np.sin(0.4), -np.cos(0.4), 0.0], np.float32)
     positions[:, 8] = positions[:, 7] + 0.25 * turn
     done = followed(
         events_of(Segmenter(PERSON, moves=moves, follow=("punch_left",)), positions, times, 9), "done"

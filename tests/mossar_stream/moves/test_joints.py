@@ -60,9 +60,8 @@ def test_limbs_of_known_sets_and_of_others():
     assert list(limbs) == ["trunk", "left_arm", "right_arm", "left_leg", "right_leg"]
     assert {"ThumbLeft", "HandTipLeft"} <= {KINECT_25.names[j] for j in limbs["left_arm"]}
     assert limbs_of(Skeleton(("a", "b"), (-1, -1), -1))
-    assert limbs_of(Skeleton(("hip", "body", "tip"), (-1, 0, 1))) == {
-        "body_limb": (1, 2)
-    }  # body is a channel already
+    # body is a channel already.
+    assert limbs_of(Skeleton(("hip", "body", "tip"), (-1, 0, 1))) == {"body_limb": (1, 2)}
 
 
 def test_limbs_of_unknown_names_follow_from_the_tree_and_a_stem_is_the_trunk():

@@ -476,9 +476,8 @@ def test_a_limb_knows_what_its_body_repeats_live_and_in_recordings():
     lift = np.clip(np.sin(2 * np.pi * np.maximum(times - 3.0, 0.0) / 2.5), 0.0, None) ** 2
     for joint, share in (("ElbowLeft", 0.3), ("WristLeft", 0.6), ("HandLeft", 0.7)):
         frames[:, KINECT_20.index(joint), 1] += share * lift
-    settings = Settings(
-        limbs=True, rests="merge"
-    )  # with keep, both ends of the rests between lifts are key frames
+    # With keep, both ends of the rests between lifts are key frames.
+    settings = Settings(limbs=True, rests="merge")
     told = {
         e.time
         for e in events_of(settings, frames, times, 7)

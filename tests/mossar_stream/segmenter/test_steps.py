@@ -90,7 +90,7 @@ def test_ctrl_c_between_any_two_steps_leaves_everything_in_order(chosen, chunk):
 
 def test_after_ctrl_c_events_are_those_of_a_run_with_or_without_what_it_cut_short():
     tally = Tally(Counter(), Counter(), [])
-    for seed in (3, 6, 8, 12):
+    for seed in (3, 4, 15, 17, 19, 20):
         live(seed, tally, compared=0.7)
     assert not tally.wrong
     assert len(tally.compared) >= 6
@@ -202,7 +202,7 @@ def test_the_number_of_the_first_frame_holds_for_takes_within_the_chunk(moves):
 
 
 def test_snapshots_do_not_change_the_order_of_what_limbs_repeat():
-    take = performance(7, fps=60.0, seconds=15.0, moves=["wave_left", "squat"] * 8)
+    take = performance(7, fps=30.0, seconds=15.0, moves=["wave_left", "squat"] * 8)
     positions, times = take.frames.positions, take.frames.times
     found = []
     for every in (10**9, 1, 7):

@@ -130,7 +130,7 @@ def _control() -> Iterator[Feed]:
     pipeline = _Prompt([source], [])
     for item in source.items():
         if isinstance(item, Meta):
-            pipeline.naming.name(0, item.performer)
+            pipeline.naming.performer(0, item.performer)
             pipeline.pool.announce(item.performer, item.skeleton, item.fps)
         elif isinstance(item, Frames):
             pipeline.pool.push(item)

@@ -17,7 +17,7 @@ from mossar_tools.values import whole
 
 DESCRIPTION = """Repeat the paper's experiments on labelled recordings: Tables 2 to 7 and Figures 11 to 14. The conventional
 velocity-based method and splitting over smoothing and threshold; Li and Leung's method and Mossar over N and L; random
-merging beside them. They start from the paper's settings. A quarter of an hour for a few recordings."""
+merging beside them. They start from the paper's settings. Four recordings take some 7 minutes, and 13 on a busy machine."""
 EXAMPLES = """  python -m checks.paper demo: --seeds 2
   python -m checks.paper DIR --plot paper.pdf          a labelled folder as for mossar evaluate
   python -m checks.paper DIR --json paper.json

@@ -1,6 +1,8 @@
 """Experiments: everything that the paper's evaluation varies (4.3.1 and 4.3.2)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from itertools import count
 
 import msgspec
 
@@ -12,10 +14,13 @@ from checks.paper.grid import (
     velocity_grid,
 )
 from mossar_stream import Settings
+from mossar_tools.console import LOGGER
 from mossar_tools.evaluation.chance import merged
 from mossar_tools.evaluation.metrics import Scores, mean_scores
 from mossar_tools.evaluation.takes import Take
 from mossar_tools.evaluation.trial import groups_of
+
+Method = Callable[[Sequence[Take], Settings, Callable[[str], None]], Grid]
 
 
 class Experiments(msgspec.Struct, frozen=True):
@@ -38,16 +43,27 @@ def experiments(takes: Sequence[Take], settings: Settings, on_progress: Callable
     Args:
         takes: The recordings.
         settings: Where they start from; the paper's.
-        on_progress: Gets what is being done, for a status line.
+        on_progress: Gets the current step, for a status line. Each finished grid is logged.
     """
     groups = groups_of(takes)
     damped = settings.replace(kernel_form="damped")
-    splitting, remerging = [], []
-    for own in groups.values():
-        splitting += [velocity_grid(own, settings, on_progress), splitting_grid(own, settings, on_progress)]
-        remerging.append(recursion_grid(own, settings, on_progress))
-        remerging.append(remerging_grid("Mossar", own, settings, on_progress))
-        remerging.append(remerging_grid("Mossar, damped kernel", own, damped, on_progress))
+    splitters: list[tuple[Method, Settings]] = [(velocity_grid, settings), (splitting_grid, settings)]
+    remergers: list[tuple[Method, Settings]] = [
+        (recursion_grid, settings),
+        (partial(remerging_grid, "Mossar"), settings),
+        (partial(remerging_grid, "Mossar, damped kernel"), damped),
+    ]
+    numbers = count(1)
+
+    def grids(methods: list[tuple[Method, Settings]]) -> Iterator[Grid]:
+        for own in groups.values():
+            for method, chosen in methods:
+                grid = method(own, chosen, on_progress)
+                total = len(groups) * (len(splitters) + len(remergers))
+                LOGGER.info("%d of %d grids: %s, %s", next(numbers), total, grid.method, grid.group)
+                yield grid
+
+    splitting, remerging = list(grids(splitters)), list(grids(remergers))
     chance = {name: mean_scores([_lucky(take, settings) for take in own]) for name, own in groups.items()}
     return Experiments(splitting, remerging, chance)
 

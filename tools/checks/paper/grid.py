@@ -168,10 +168,11 @@ def _grid(
     first, second = axes
     seconds = np.zeros((len(first.values), len(second.values)))
     scores: list[list[list[Scores]]] = []
-    for take in takes:
+    for number, take in enumerate(takes, 1):
         rows: list[list[Scores]] = []
         for i, value in enumerate(first.values):
-            on_progress(f"{method}, {first.name} {value:g}{first.unit}: {take.name}")
+            step = f"{take.name} ({number} of {len(takes)}), {first.name} {value:g}{first.unit}"
+            on_progress(f"{method}: {step}")
             row = []
             for j, (took, sets) in enumerate(solve(take, value)):
                 seconds[i, j] += took

@@ -12,7 +12,8 @@ from collections.abc import Iterator, Sequence
 import msgspec
 import numpy as np
 
-from mossar_stream import Comparison, Settings, segment_recording
+from checks.paper.comparison import Comparison
+from mossar_stream import Settings, segment_recording
 from mossar_tools.evaluation.detection import Detection, Method, Variants
 from mossar_tools.evaluation.takes import Take
 

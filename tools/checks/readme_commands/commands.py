@@ -18,9 +18,8 @@ PAGES = (
     *sorted(f"docs/{p.name}" for p in (ROOT / "docs").glob("*.md")),
 )
 TUTORIALS = tuple(sorted(f"docs/tutorials/{p.name}" for p in (ROOT / "docs" / "tutorials").glob("*.md")))
-OTHERS = frozenset(
-    {"--group", "--as-shown", "--foreign"}
-)  # of pip, and of checks.false_moves and checks.following
+# Of pip, and of checks.false_moves and checks.following.
+OTHERS = frozenset({"--group", "--as-shown", "--foreign"})
 COMMENT = re.compile(r"\s{2,}|\s+#\s")
 
 

@@ -46,7 +46,7 @@ NOT_RUN: Final[dict[str, str]] = {  # beginning of a command: why it is not run 
     "mossar teach moves.json dance.mp4": "there is no video with a person; tests make one",
     "python -m checks.webcam": "needs a video with a person",
     "mossar teach moves.json --name jab_left --mirrored": "needs a body with two arms; tests do",
-    "mossar evaluate DIR --sides": "needs sessions of moves on command; tests make one",
+    "python -m checks.sides": "needs sessions of moves on command; tests make one",
     "mossar evaluate DIR --strict": "needs sessions of moves on command; tests make one",
     "python -m checks.peers DIR": "needs the peers, in an environment of their own",
 }
@@ -138,13 +138,14 @@ class Stage:
     def _judged(self, command: Command, folder: Path) -> str:
         endless = GOES_ON.search(command.line) is not None
         with subprocess.Popen(  # noqa: S603
+            # That is the point: as a reader would type it.
             [
                 "/bin/bash",
                 "-o",
                 "pipefail",
                 "-c",
                 command.line,
-            ],  # that is the point: as a reader would type it
+            ],
             cwd=folder,
             env=self.environment,
             stdin=subprocess.DEVNULL,

@@ -86,7 +86,7 @@ class Watcher:
                 self._stage.stop()
 
     def _measure(self, pipeline: Pipeline, seconds: float) -> None:
-        latencies = (pipeline.latency[name] for name in NAMES if name in pipeline.latency)
+        latencies = (pipeline.performers[name].latency for name in NAMES if name in pipeline.performers)
         known = [q for q in (late.quantiles_ms() for late in latencies) if q is not None]
         median, high = (max(q[0] for q in known), max(q[1] for q in known)) if known else (0.0, 0.0)
         sample = Sample(seconds, pipeline.outcome.frames, memory(), files(), threads(), median, high)

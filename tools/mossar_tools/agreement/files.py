@@ -8,13 +8,14 @@ from mossar_adapters.annotations.tiers import KEY_FRAMES, MOVES, SEGMENTS, STEPS
 from mossar_tools.console import LOGGER
 from mossar_tools.errors import UsageError
 
+# Of several common tiers the first of these.
 _USUAL = (
     f"{SEGMENTS} motion",
     SEGMENTS,
     MOVES,
     KEY_FRAMES,
     STEPS,
-)  # of several common tiers the first of these
+)
 
 
 def recordings_of(sources: Sequence[str]) -> dict[str, list[Path]]:

@@ -32,12 +32,13 @@ MEASURES: Final[Measures] = {
     "memory": Measure("memory of a stream", "mossar_tools.bench.memory:measure"),
 }
 
+# Parts of `python -m checks.speed` that were parts of this.
 ELSEWHERE = (
     "moves",
     "limbs",
     "repetitions",
     "start",
-)  # parts of `python -m checks.speed` that were parts of this
+)
 
 
 def chosen(names: Sequence[str], measures: Measures = MEASURES) -> list[str]:

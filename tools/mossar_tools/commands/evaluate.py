@@ -35,7 +35,6 @@ EXAMPLES = """  mossar evaluate demo:                                the built-i
   mossar evaluate 'demo:?noise=0.02&fps=30' --seeds 5
   mossar evaluate DIR --plot strips.png                a strip per recording: curve, truth, key frames
   mossar evaluate DIR                                  of moves on command: F1, delay and limb, by move
-  mossar evaluate DIR --sides                          also turned by 30, 90, 180 degrees and while turning
   mossar evaluate DIR --set sig_threshold=0.03
   mossar evaluate DIR1 DIR2 --stretch 0.6,1,2          performers quicker than recorded, as recorded, and half as fast
   mossar evaluate DIR1 DIR2 DIR3 --leave-out           several sets, each also with what serves the others best
@@ -58,11 +57,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="X,...",
         type=factors,
         help="final key frames of the same recordings stretched in time, as if performers were so many times as slow",
-    )
-    group.add_argument(
-        "--sides",
-        action="store_true",
-        help="of moves on command, also as if players were turned or turned meanwhile, and with mirrored examples",
     )
     group.add_argument(
         "--strict",
@@ -88,15 +82,15 @@ def run(options: Options, console: Console) -> int:
     if options.stretch is not None:
         return _stretched(options, console, outputs, settings)
     if len(options.sources) > 1:
-        if options.sides or options.strict is not None:
-            raise UsageError("--sides and --strict take one folder of moves on command")
+        if options.strict is not None:
+            raise UsageError("--strict takes one folder of moves on command")
         return _sets(options, console, outputs, settings)
     if options.leave_out:
         raise UsageError("--leave-out needs several folders: one is left out, the others choose")
     if _is_of_moves(options):
         return _moves(options, console, outputs, settings)
-    if options.sides or options.strict is not None:
-        raise UsageError("--sides and --strict take a folder of moves on command")
+    if options.strict is not None:
+        raise UsageError("--strict takes a folder of moves on command")
     takes = load_takes(options, console)
     from mossar_tools.evaluation.chance import chance_methods
     from mossar_tools.evaluation.mossar import mossar_methods
@@ -144,7 +138,6 @@ def _moves(options: Options, console: Console, outputs: Outputs, settings: Setti
         Path(parse_url(options.sources[0]).path),
         settings,
         console.status,
-        sides=options.sides,
         strict=options.strict,
     )
     outputs.write(console, moves_json(found), moves_rows(found), moves_lines(found))
@@ -161,7 +154,6 @@ def _stretched(options: Options, console: Console, outputs: Outputs, settings: S
     refused = {
         "--plot": options.plot,
         "--leave-out": options.leave_out,
-        "--sides": options.sides,
         "--strict": options.strict is not None,
     }
     for name in (name for name, given in refused.items() if given):

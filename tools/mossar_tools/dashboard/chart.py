@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_tools.dashboard.asking import asking
-from mossar_tools.dashboard.glimpse import Curve, Glimpse, Mark, NamedMove, Stretch
+from mossar_tools.dashboard.glimpse import Glimpse
 from mossar_tools.dashboard.style import STRIP
+from mossar_tools.marks import Chart, Mark, NamedMove, Stretch
 
 MOST_ROWS = 3  # performers with a chart of their own
 _HEIGHT = STRIP - 36  # px of the drawing
@@ -99,11 +100,7 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: boo
     limbs = min(_LIMB_STRIP * len(glimpse.limbs), height / 3)
     room = height - _STRIP - _GAP - 8 - limbs
     curve, place = glimpse.curve, _placer(glimpse)
-    value = np.nan_to_num(curve.value)
-    high = max(
-        0.25, float(value.max(initial=0.0)), *(m.velocity for m in glimpse.marks), 1.6 * glimpse.threshold
-    )
-    high *= 1.1
+    value, high = np.nan_to_num(curve.value), glimpse.top
     x = _BOX * (curve.times - glimpse.start) / (glimpse.end - glimpse.start)
     lines = (
         f'<svg class="box" x="0" y="{top + 8:.1f}" width="100%" height="{room:.1f}" '
@@ -117,7 +114,7 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: boo
     baseline = top + 8 + room
     axis = f'<line class="axis" x1="0" x2="100%" y1="{baseline:.1f}" y2="{baseline:.1f}"/>'
     marks = "".join(
-        _symbol(m, place(m.time), top + 8 + room * _height(curve, m, high), baseline, seeks=seeks)
+        _symbol(m, place(m.time), top + 8 + room * _y(glimpse.height(m), high) / 100, baseline, seeks=seeks)
         for m in glimpse.marks
     )
     strip = _segments(glimpse, baseline + _GAP) + _limb_strips(glimpse, baseline + _GAP + _STRIP, limbs)
@@ -130,13 +127,6 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: boo
         )
     name = f'<text class="name" x="4" y="{top + 20:.1f}">{escape(glimpse.performer)}</text>' if named else ""
     return axis + lines + strip + marks + head + name
-
-
-def _height(curve: Curve, mark: Mark, high: float) -> float:
-    """Return the reported position of a key frame on the curve, from the top, 0..1; its velocity is that of Algorithm 2's frame."""
-    seen = np.isfinite(curve.value)
-    value = float(np.interp(mark.time, curve.times[seen], curve.value[seen])) if seen.any() else mark.velocity
-    return _y(value, high) / 100
 
 
 def _symbol(mark: Mark, place: str, y: float, baseline: float, *, seeks: bool) -> str:
@@ -160,7 +150,7 @@ def _symbol(mark: Mark, place: str, y: float, baseline: float, *, seeks: bool) -
     )
 
 
-def _segments(glimpse: Glimpse, top: float) -> str:
+def _segments(glimpse: Chart, top: float) -> str:
     """Return the segments as bars coloured by state, with a word where there is room."""
     bars = []
     for part in glimpse.stretches:
@@ -181,7 +171,7 @@ def _segments(glimpse: Glimpse, top: float) -> str:
     return "".join(bars)
 
 
-def _limb_strips(glimpse: Glimpse, top: float, room: float) -> str:
+def _limb_strips(glimpse: Chart, top: float, room: float) -> str:
     """Return a thin strip for each limb, coloured by state."""
     parts = []
     each = room / max(1, len(glimpse.limbs))
@@ -198,7 +188,7 @@ def _limb_strips(glimpse: Glimpse, top: float, room: float) -> str:
     return "".join(parts)
 
 
-def _moves(glimpse: Glimpse, top: float) -> str:
+def _moves(glimpse: Chart, top: float) -> str:
     """Return the names of the moves that were recognised, above the curve, from where they begin to where they end."""
     parts = []
     for move in glimpse.moves:
@@ -210,7 +200,7 @@ def _moves(glimpse: Glimpse, top: float) -> str:
     return "".join(parts)
 
 
-def _time_axis(glimpse: Glimpse, top: float) -> str:
+def _time_axis(glimpse: Chart, top: float) -> str:
     place = _placer(glimpse)
     step = 2.0
     first = np.ceil(glimpse.start / step) * step
@@ -237,14 +227,14 @@ def clock(time: float) -> str:
     return f"{minutes}:{seconds:02}" if minutes else f"{seconds} s"
 
 
-def _within(glimpse: Glimpse, part: Stretch | NamedMove) -> tuple[float, float]:
+def _within(glimpse: Chart, part: Stretch | NamedMove) -> tuple[float, float]:
     """Return the left edge and the width of a stretch, in percent of the chart."""
     start, end = max(part.start, glimpse.start), min(part.end, glimpse.end)
     scale = 100 / (glimpse.end - glimpse.start)
     return (start - glimpse.start) * scale, (end - start) * scale
 
 
-def _placer(glimpse: Glimpse) -> Callable[[float], str]:
+def _placer(glimpse: Chart) -> Callable[[float], str]:
     """Return what turns a time into a horizontal place."""
     scale = 100 / (glimpse.end - glimpse.start)
     return lambda time: f"{(time - glimpse.start) * scale:.2f}%"

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from mossar_adapters.table_text import csv_text
-from mossar_tools.dashboard.glimpse import Mark
+from mossar_tools.marks import Mark
 
 COLUMNS = ("performer", "time", "frame", "kind", "velocity", "strength", "stands")
 

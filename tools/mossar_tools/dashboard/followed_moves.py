@@ -24,9 +24,8 @@ class FollowedMoves:
         self._examples: list[Example] = []  # and mirror images
         self._shadow: Shadow | None = None
         self._states: States = {}
-        self._done: dict[
-            str, FollowEvent
-        ] = {}  # the last performance of each move in the take, the latest one last
+        # The last performance of each move in the take, the latest one last.
+        self._done: dict[str, FollowEvent] = {}
 
     def add_event(self, event: FollowEvent) -> None:
         """Remember how a performance went."""
@@ -74,9 +73,8 @@ class FollowedMoves:
             return None
         example = self._examples[state.example]
         length = max(seconds_of(example, self._moves.skeleton), 1e-3)
-        ahead = min(
-            max(now - state.time, 0.0), 0.2
-        )  # the state is of the last sample, the body of the last frame
+        # The state is of the last sample, the body of the last frame.
+        ahead = min(max(now - state.time, 0.0), 0.2)
         place = state.progress + state.tempo * ahead / length
         joints = self._shadow.pose(example, place, body, placement)
         return Overlay(self._moves.skeleton, joints, self._shadow.strays(joints, body))

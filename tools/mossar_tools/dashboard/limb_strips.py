@@ -5,7 +5,7 @@ from typing import TypeVar
 
 from mossar_adapters.newest import Newest
 from mossar_stream import MoveEvent, PoseEvent, SegmentEvent
-from mossar_tools.dashboard.glimpse import NamedMove, Stretch
+from mossar_tools.marks import NamedMove, Stretch
 
 _KEPT = 400  # segments of limbs, and moves
 _Kept = TypeVar("_Kept", SegmentEvent, MoveEvent, PoseEvent)

@@ -15,13 +15,14 @@ from mossar_adapters.source import Meta
 from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Moves, Settings, Up
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.followed_moves import States
-from mossar_tools.dashboard.glimpse import Glimpse, Mark
+from mossar_tools.dashboard.glimpse import Glimpse
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.tables import WAITING
 from mossar_tools.dashboard.teaching import Teaching
 from mossar_tools.dashboard.track import RATE, Track
 from mossar_tools.figures import check_picture
+from mossar_tools.marks import Mark
 from mossar_tools.moves_file import EVERY, followed
 from mossar_tools.palette import Palette
 
@@ -160,14 +161,15 @@ class LiveShow:
             self._follows = now + _FOLLOWS_EVERY
             self._follow(pipeline.pool)
         for name in pipeline.pool.names[-MOST_PERFORMERS:]:
-            reached = pipeline.times.get(name, (0.0, 0.0))[1]
+            performer = pipeline.performers[name]
+            reached = performer.time.last or 0.0
             if 0 <= reached - self._sampled.get(name, -1.0) < 0.9 / RATE:
                 continue
             self._sampled[name] = reached
             segmenter = pipeline.pool[name]
             state = segmenter.state
             if state is not None:
-                dropped = pipeline.inbox.dropped[pipeline.naming.source_of(name)]
+                dropped = pipeline.inbox.dropped[performer.source]
                 following, moves = segmenter.following, pipeline.pool.moves
                 up = segmenter.settings.up
                 self._samples.append(_Sample(name, state, segmenter.stats, dropped, following, moves, up))
@@ -389,8 +391,8 @@ class LiveShow:
         if sample is None or fps is None:
             return []
         statistics = [("frames", f"{sample.stats['frames']:,}"), ("rate", f"{fps:.0f} fps")]
-        latency = self._pipeline.latency.get(performer) if self._pipeline else None
-        quantiles = latency.quantiles_ms() if latency else None
+        known = self._pipeline.performers.get(performer) if self._pipeline else None
+        quantiles = known.latency.quantiles_ms() if known else None
         if quantiles:
             statistics.append(("lag, median · 99 %", f"{quantiles[0]:.1f} · {quantiles[1]:.1f} ms"))
         statistics.append(("dropped", str(sample.dropped)))

@@ -3,13 +3,14 @@
 import io
 from collections.abc import Mapping
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.loaded import LoadedRecording
-from mossar_stream import KeyFrame, Segment
-from mossar_tools.dashboard.glimpse import Glimpse, Mark
+from mossar_tools.dashboard.glimpse import Glimpse
 from mossar_tools.excerpt import Excerpt
+from mossar_tools.marks import Mark
 from mossar_tools.palette import Palette
 from mossar_tools.plot import draw_excerpt
 from mossar_tools.wording import strongest
@@ -47,34 +48,24 @@ def excerpt_of(glimpse: Glimpse, marks: list[Mark], level: tuple[float, str]) ->
         marks: Key frames to draw, in order of time.
         level: Strength from which they stand, and what to call it.
     """
-    keys = [
-        KeyFrame(i, mark.time, mark.kind, mark.velocity, level[0] if mark.strength is None else mark.strength)
+    numbered = [
+        msgspec.structs.replace(mark, frame=i, strength=level[0] if mark.strength is None else mark.strength)
         for i, mark in enumerate(marks)
     ]
-    kept = [key for key, mark in zip(keys, marks, strict=True) if mark.kept]
-    curve = glimpse.curve
-    columns = np.stack([curve.times, curve.value, curve.ceiling, curve.floor], axis=1)
-    inside = (curve.times >= glimpse.start) & (curve.times <= glimpse.end)
+    known = [numbered[i] for i, mark in enumerate(marks) if mark.strength is not None]
+    start, end = glimpse.start, max(glimpse.end, glimpse.start + 1e-3)
     return Excerpt(
-        start=glimpse.start,
-        end=max(glimpse.end, glimpse.start + 1e-3),
-        columns=columns[inside],
+        start=start,
+        end=end,
         threshold=glimpse.threshold,
-        kept=kept,
-        merged=[key for key, mark in zip(keys, marks, strict=True) if not mark.kept],
-        segments=[
-            Segment(0, 0, part.start, part.end, part.state, (), None)
-            for part in glimpse.stretches
-            if part.end > glimpse.start
-        ],
+        curve=glimpse.curve,
+        marks=numbered,
+        stretches=glimpse.stretches,
         cuts=[],
-        hierarchy=sorted(
-            (key for key, mark in zip(keys, marks, strict=True) if mark.strength is not None),
-            key=lambda key: key.strength,
-        ),
-        whole=(glimpse.start, glimpse.end),
+        hierarchy=sorted(known, key=lambda mark: mark.strength or 0.0),
+        whole=(start, end),
         level=level[0],
         level_name=f"{level[1]}\n{level[0]:.2f}",
-        about=f"the last {glimpse.end - glimpse.start:.0f} s, {len(glimpse.skeleton)} joints; "
-        f"{strongest(len(kept), len(keys))}",
+        about=f"the last {end - start:.0f} s, {len(glimpse.skeleton)} joints; "
+        f"{strongest(sum(mark.kept for mark in marks), len(marks))}",
     )

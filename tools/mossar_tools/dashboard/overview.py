@@ -3,13 +3,11 @@
 The line is drawn once for each level; what moves lies above it and is small.
 """
 
-import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-from mossar_stream import KeyFrame, Segment
 from mossar_tools.dashboard.chart import clock, seeking
 from mossar_tools.dashboard.style import OVERVIEW
+from mossar_tools.marks import Chart
 from mossar_tools.thinning import extremes, runs, strongest_apart
 
 _COLUMNS = 700  # of the curve
@@ -19,33 +17,17 @@ _AXIS = 13  # px below
 _BOX = 1000.0  # units across
 
 
-class Outline(msgspec.Struct, frozen=True):
-    """One performer over a whole recording.
-
-    Args:
-        times: (n,) s.
-        value: (n,) velocity, share of the range.
-        kept: Key frames that stand.
-        segments: Between them.
-    """
-
-    times: NDArray[np.float64]
-    value: NDArray[np.float64]
-    kept: list[KeyFrame]
-    segments: list[Segment]
-
-
-def overview(outlines: list[Outline], start: float, end: float) -> str:
+def overview(charts: list[Chart], start: float, end: float) -> str:
     """Return the whole of a recording as HTML.
 
     Args:
-        outlines: Performers, one row each.
+        charts: Performers, one row each.
         start: Where the recording begins, s.
         end: Where it ends, s.
     """
     span = max(end - start, 1e-3)
-    high = (OVERVIEW - _AXIS - 6) / max(len(outlines), 1)
-    rows = "".join(_row(outline, i * high, high, start, span) for i, outline in enumerate(outlines))
+    high = (OVERVIEW - _AXIS - 6) / max(len(charts), 1)
+    rows = "".join(_row(chart, i * high, high, start, span) for i, chart in enumerate(charts))
     words = "".join(
         f'<text x="{100 * share:.0f}%" y="{OVERVIEW - 8}" text-anchor="{anchor}">'
         f"{clock(start + share * span)}</text>"
@@ -76,23 +58,23 @@ def place(start: float, end: float, window: tuple[float, float], now: float) -> 
     )
 
 
-def _row(outline: Outline, top: float, high: float, start: float, span: float) -> str:
+def _row(chart: Chart, top: float, high: float, start: float, span: float) -> str:
     """Return curve, segments and the strongest key frames, in a box that is stretched over the width."""
     scale = _BOX / span
-    times, _, value = extremes(outline.times, outline.value, _COLUMNS)
+    times, _, value = extremes(chart.curve.times, chart.curve.value, _COLUMNS)
     peak = max(float(np.nanmax(value, initial=0.0)), 0.05)
     curve = "L".join(
         f"{scale * (time - start):.1f} {70 * (1 - v / peak):.0f}"
         for time, v in zip(times, np.nan_to_num(value), strict=True)
     )
     bars = "".join(
-        f'<rect class="{state}" x="{scale * (a - start):.1f}" width="{max(scale * (b - a), 0.1):.1f}" y="74" '
-        f'height="26"/>'
-        for a, b, state in _runs(outline.segments)
+        f'<rect class="{part.state}" x="{scale * (part.start - start):.1f}" '
+        f'width="{max(scale * (part.end - part.start), 0.1):.1f}" y="74" height="26"/>'
+        for part in runs(chart.stretches, _BARS)
     )
     marks = "".join(
         f'<line class="stem {key.kind}" x1="{x:.1f}" x2="{x:.1f}" y1="0" y2="74"/>'
-        for key in strongest_apart(outline.kept, span / _MARKS)
+        for key in strongest_apart(chart.kept, span / _MARKS)
         for x in [scale * (key.time - start)]
     )
     area = f'<path class="whole" d="M0 70L{curve}L{_BOX:.0f} 70Z"/>' if len(times) else ""
@@ -100,9 +82,3 @@ def _row(outline: Outline, top: float, high: float, start: float, span: float) -
         f'<svg class="box" x="0" y="{top:.1f}" width="100%" height="{high:.1f}" viewBox="0 0 {_BOX:.0f} 100" '
         f'preserveAspectRatio="none">{area}{marks}{bars}</svg>'
     )
-
-
-def _runs(segments: list[Segment]) -> list[tuple[float, float, str]]:
-    starts = np.array([part.start_time for part in segments], np.float64)
-    ends = np.array([part.end_time for part in segments], np.float64)
-    return runs(starts, ends, [part.state for part in segments], _BARS)

@@ -11,23 +11,24 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files import open_recording
 from mossar_adapters.files.loaded import LoadedRecording
-from mossar_stream import KeyFrame, LevelName, Result, Segmentation, Settings, segment_recording
-from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Stretch
+from mossar_stream import LevelName, Result, Segmentation, Settings, segment_recording
+from mossar_tools.dashboard.glimpse import Body, Ghost, Glimpse
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.motion import Motion
-from mossar_tools.dashboard.overview import Outline
 from mossar_tools.dashboard.placement import Placement
 from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.track import GHOSTS, SECONDS
-from mossar_tools.excerpt import curve_columns, excerpt
+from mossar_tools.excerpt import excerpt
 from mossar_tools.figures import check_picture
 from mossar_tools.loaded_recording import load_recording
+from mossar_tools.marks import Chart, Mark, curve_columns, curve_of, marks_of, stretches_of
 from mossar_tools.options import Options
 from mossar_tools.palette import Palette
 
 MOST_PERFORMERS = 4  # shown
 AHEAD = 5.0  # s of the chart that lie before the playhead
 _POSES = 300  # that the directions are found from
+_POINTS = 900  # of the curve
 
 
 class _Segmented(msgspec.Struct, frozen=True):
@@ -58,11 +59,15 @@ class _Part:
     def choose(self, chosen: Segmentation) -> None:
         """Show a level."""
         self.chosen = chosen
-        merged = self.found.result.hierarchy[: len(self.found.result.hierarchy) - len(chosen.key_frames)]
-        marks = [_mark(key, kept=True) for key in chosen.key_frames]
-        marks += [_mark(key, kept=False) for key in merged]
-        self.marks = sorted(marks, key=lambda mark: mark.time)
-        self.stretches = [Stretch(s.start_time, s.end_time, s.state) for s in chosen.segments]
+        columns = self.found.columns
+        self.chart = Chart(
+            start=float(columns[0, 0]) if len(columns) else 0.0,
+            end=float(columns[-1, 0]) if len(columns) else 0.0,
+            threshold=self.found.threshold,
+            curve=curve_of(columns),
+            marks=marks_of(self.found.result, chosen),
+            stretches=stretches_of(chosen.segments),
+        )
 
 
 class RecordedShow:
@@ -98,7 +103,7 @@ class RecordedShow:
     @property
     def kept(self) -> int:
         """How many of them stand."""
-        return sum(mark.kept for mark in self._parts[0].marks)
+        return len(self._parts[0].chart.kept)
 
     @property
     def strength(self) -> float:
@@ -166,7 +171,7 @@ class RecordedShow:
     def marks(self) -> list[tuple[str, Mark]]:
         """Return all key frames with their performers."""
         with self._lock:
-            return [(part.performer, mark) for part in self._parts for mark in part.marks]
+            return [(part.performer, mark) for part in self._parts for mark in part.chart.marks]
 
     def picture(self, palette: Palette) -> tuple[str, bytes]:
         """Return the first performer's name, and the whole recording of them as it is shown, as a PNG.
@@ -181,10 +186,9 @@ class RecordedShow:
             part, found, chosen = self._parts[0], self._parts[0].found, self._parts[0].chosen
             word = "level" if self.count is not None or not isinstance(self.level, str) else self.level
             level = (self.strength, f"{word}\n{self.strength:.2f}")
-        columns = found.columns[:, :4]
         target = io.BytesIO()
         shown = excerpt(
-            part.whole, found.result, chosen, columns=columns, threshold=found.threshold, level=level
+            part.whole, found.result, chosen, curve=part.chart.curve, threshold=found.threshold, level=level
         )
         draw_excerpt(target, part.whole, shown, palette)
         return part.performer, target.getvalue()
@@ -194,18 +198,10 @@ class RecordedShow:
         """The recording's name, as part of file names."""
         return re.sub(r"[^\w.-]+", "-", Path(self._parts[0].whole.name).stem).strip("-") or "recording"
 
-    def outlines(self) -> list[Outline]:
+    def outlines(self) -> list[Chart]:
         """Return what there is to see of the whole recording, one performer each."""
         with self._lock:
-            return [
-                Outline(
-                    part.found.columns[:, 0],
-                    part.found.columns[:, 1],
-                    part.chosen.key_frames,
-                    part.chosen.segments,
-                )
-                for part in self._parts
-            ]
+            return [part.chart for part in self._parts]
 
     def glimpses(self) -> list[Glimpse]:
         """Return what there is to see at the playhead, one performer each."""
@@ -225,24 +221,16 @@ class RecordedShow:
                 part.choose(part.found.result.at(self.strength_of(self.level)))
 
     def _glimpse(self, part: _Part, place: float) -> Glimpse:
-        start, end = self._window(place)
-        times = part.found.columns[:, 0]
-        first, last = np.searchsorted(times, [start, end])
-        columns = part.found.columns[max(0, first - 1) : last + 1]
-        columns = columns[:: max(1, len(columns) // 900)].T
+        seen = part.chart.within(*self._window(place))
+        times = part.chart.curve.times
         now = min(int(np.searchsorted(times, place)), len(times) - 1)
-        past = [mark for mark in part.marks if mark.kept and mark.time <= place]
+        past = [mark for mark in part.chart.kept if mark.time <= place]
         return Glimpse(
+            **msgspec.structs.asdict(msgspec.structs.replace(seen, curve=seen.curve.thinned(_POINTS))),
             performer=part.performer,
             skeleton=part.whole.skeleton,
             now=place,
-            start=start,
-            end=end,
             moving=bool(part.found.columns[now, 4]),
-            threshold=part.found.threshold,
-            curve=Curve(columns[0], columns[1], columns[2], columns[3]),
-            marks=[mark for mark in part.marks if start <= mark.time <= end],
-            stretches=[s for s in part.stretches if s.end > start and s.start < end],
             body=self._body(part, place),
             ghosts=[
                 Ghost(mark, part.placement.place(part.whole.positions[mark.frame])) for mark in past[-GHOSTS:]
@@ -288,18 +276,6 @@ def _before(times: NDArray[np.float64], at: int) -> list[int]:
     """Return a few frames up to one, over about half a second."""
     first = int(np.searchsorted(times, times[at] - 0.4))
     return sorted({*range(at, first - 1, -max(1, (at - first) // 10)), at})
-
-
-def _mark(key: KeyFrame, *, kept: bool) -> Mark:
-    return Mark(
-        id=str(key.frame),
-        time=key.time,
-        frame=key.frame,
-        kind=key.kind,
-        velocity=key.velocity,
-        strength=key.strength,
-        kept=kept,
-    )
 
 
 def read_parts(options: Options) -> list[tuple[str, LoadedRecording]]:

@@ -1,26 +1,29 @@
 """Server: viser's, closed to pages of other sites and to devices that were not invited.
 
 A browser lets any site open a WebSocket to 127.0.0.1; only the `Origin` that it sends tells such a site from our own
-page. viser has no option to look at it, so the function that it serves with is wrapped while it starts.
+page. viser 1.1 has no hook to look at it, and a server before it would leave viser's own port open. So the function that
+it serves with is replaced while it starts, for viser's call alone.
 """
 
 import logging
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from http import HTTPStatus
 from typing import Any
 
+import viser
 import websockets.asyncio.server
-from viser import ViserServer
 
 from mossar_tools.dashboard.asking import HEADER
 from mossar_tools.dashboard.visitors import Visitors
 
 _Asked = Callable[[Any, Any], Any]
 Answers = Mapping[str, Callable[[str], None]]
+_starting = threading.Lock()  # each start puts the function back that it found
 
 
-def open_server(host: str, port: int, answers: Answers, visitors: Visitors) -> ViserServer:
+def open_server(host: str, port: int, answers: Answers, visitors: Visitors) -> viser.ViserServer:
     """Return a server.
 
     Args:
@@ -29,18 +32,20 @@ def open_server(host: str, port: int, answers: Answers, visitors: Visitors) -> V
         answers: What the page's own parts may ask for, by path; called with what stands behind the question mark.
         visitors: Who may ask.
     """
-    with _guarded(answers, visitors):
-        return ViserServer(host=host, port=port, label="mossar", verbose=False)
+    with _starting, _guarded(answers, visitors):
+        return viser.ViserServer(host=host, port=port, label="mossar", verbose=False)
 
 
 @contextmanager
 def _guarded(answers: Answers, visitors: Visitors) -> Iterator[None]:
-    """Have servers that start meanwhile ask where each visitor comes from."""
+    """Have viser's servers that start meanwhile ask where each visitor comes from."""
     serve = websockets.asyncio.server.serve
 
     def serving(*arguments: Any, process_request: _Asked | None = None, **options: Any) -> Any:
-        guard = _guard(process_request, answers, visitors)
-        return serve(*arguments, process_request=guard, logger=_quiet(), **options)
+        if getattr(process_request, "__module__", "").partition(".")[0] == viser.__name__:
+            process_request = _guard(process_request, answers, visitors)
+            options["logger"] = _quiet()
+        return serve(*arguments, process_request=process_request, **options)
 
     websockets.asyncio.server.serve = serving  # type: ignore[assignment, misc]
     try:
@@ -56,7 +61,7 @@ def _quiet() -> logging.Logger:
     return logger
 
 
-def _guard(then: _Asked | None, answers: Answers, visitors: Visitors) -> _Asked:
+def _guard(then: Any, answers: Answers, visitors: Visitors) -> _Asked:
     def process_request(connection: Any, request: Any) -> Any:
         refusal = visitors.refusal(connection, request)
         if refusal is not None:
@@ -68,7 +73,7 @@ def _guard(then: _Asked | None, answers: Answers, visitors: Visitors) -> _Asked:
                     HTTPStatus.FORBIDDEN, "The dashboard answers to pages of its own only.\n"
                 )
             return _answer(connection, answers[path.removeprefix("/")], value)
-        return None if then is None else then(connection, request)
+        return then(connection, request)
 
     return process_request
 

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_tools.dashboard.glimpse import Stretch
+from mossar_tools.marks import Stretch
 
 
 def stretches_between(

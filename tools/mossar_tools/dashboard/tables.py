@@ -3,8 +3,9 @@
 from html import escape
 
 from mossar_tools.dashboard.chart import symbol, visiting
-from mossar_tools.dashboard.glimpse import Glimpse, Mark, Repeated
+from mossar_tools.dashboard.glimpse import Glimpse, Repeated
 from mossar_tools.dashboard.rings import followed_rows
+from mossar_tools.marks import Mark
 
 ROWS = 8  # key frames listed
 WAITING = "waiting for frames …"

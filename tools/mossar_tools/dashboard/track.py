@@ -24,13 +24,13 @@ from mossar_stream import (
     Up,
 )
 from mossar_tools.dashboard.followed_moves import FollowedMoves, States
-from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Repeated
+from mossar_tools.dashboard.glimpse import Body, Ghost, Glimpse, Repeated
 from mossar_tools.dashboard.limb_strips import LimbStrips
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.placement import Placement
 from mossar_tools.dashboard.stretches import stretches_between
 from mossar_tools.dashboard.tally import Tally
-from mossar_tools.excerpt import curve_columns
+from mossar_tools.marks import Mark, curve_columns, curve_of
 
 SECONDS = 20.0  # of the curve that are shown
 RATE = 30.0  # samples and poses kept per second, at most
@@ -148,7 +148,7 @@ class Track:
         last = self._samples[-1]
         start = last.time - SECONDS
         seen = [state for state in self._samples if state.time >= start - 0.5]
-        times, value, ceiling, floor, moving = curve_columns(seen).T
+        columns = curve_columns(seen)
         keys, marks = self._sorted(), self.marks(level)
         cuts = [mark.time for mark in marks if mark.kept]
         known = [(mark, key.pose) for mark, key in zip(marks, keys, strict=True) if mark.kept]
@@ -161,9 +161,9 @@ class Track:
             end=last.time,
             moving=last.moving,
             threshold=last.threshold,
-            curve=Curve(times, value, ceiling, floor),
+            curve=curve_of(columns),
             marks=[mark for mark in marks if mark.time >= start],
-            stretches=stretches_between(cuts, times, moving > 0),
+            stretches=stretches_between(cuts, columns[:, 0], columns[:, 4] > 0),
             body=body,
             ghosts=[
                 Ghost(mark, self._placement.place(pose)) for mark, pose in known[-GHOSTS:] if pose is not None

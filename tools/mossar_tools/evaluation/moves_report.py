@@ -26,11 +26,11 @@ from mossar_tools.evaluation.sessions import (
     sample_files,
     session_labels,
 )
-from mossar_tools.evaluation.turning import View, views
 
 EACH = (1, 2)  # examples of each move that are drawn of other people
 SINGLES = 3  # examples that are tried alone, the first ones
 
+COLUMNS = f"{'recall':>8}{'precision':>11}{'F1':>8}{'delay 10 %':>12}{'median':>9}{'90 %':>9}{'side':>14}"
 NOTES = """a first right answer within a command is a hit, every other answer a false one, by confirmed moves; of two commands of
 the same move in a row the first does not count; delay: after the peak of speed within the command;
 side: hits of moves that are called left or right with a limb of that side"""
@@ -59,7 +59,6 @@ class MovesResult(msgspec.Struct, frozen=True):
         people: Who showed segmented examples.
         told: For each number of examples the share told right by other people's; see `other_people`.
         kinds: Kinds found without names, moves, and the adjusted Rand index, means over people; None without examples.
-        views: What came of the sessions from other sides; see `turning.views`.
     """
 
     seconds: float
@@ -67,7 +66,6 @@ class MovesResult(msgspec.Struct, frozen=True):
     people: int
     told: dict[int, float]
     kinds: tuple[float, float, float] | None
-    views: list[View] = []
 
 
 def is_of_moves(folder: Path) -> bool:
@@ -80,7 +78,6 @@ def evaluate_moves(
     settings: Settings,
     on_progress: Callable[[str], None],
     *,
-    sides: bool = False,
     strict: float | None = None,
 ) -> MovesResult:
     """Score the sessions and the examples of a folder.
@@ -89,7 +86,6 @@ def evaluate_moves(
         folder: See `sessions`.
         settings: Of the segmenters.
         on_progress: Gets a line before each step.
-        sides: Whether the sessions are also seen from other sides.
         strict: Of all moves in the sessions as they were recorded; None for the usual.
 
     Raises:
@@ -106,16 +102,15 @@ def evaluate_moves(
                 moves.set_rule(move, strict=strict)
             outcomes.append(judge(session, confirmed(session, moves, settings)))
         choices.append(Choice(name, outcomes, summary(outcomes)))
-    others = list(views(sessions, settings, on_progress)) if sides and sessions else []
     skeleton = sessions[0].skeleton if sessions else None
     players = {path.stem: load_examples(path, skeleton) for path in sample_files(folder)}
     seconds = sum(float(session.times[-1] - session.times[0]) for session in sessions)
     if len(players) < 2:  # nobody else
-        return MovesResult(seconds, choices, 0, {}, None, others)
+        return MovesResult(seconds, choices, 0, {}, None)
     if len({own.skeleton for own in players.values()}) > 1:
         raise MossarError(f"{folder}: the players' examples have different joints; they cannot be compared")
     on_progress("segmented examples")
-    return MovesResult(seconds, choices, len(players), *_segmented(players), others)
+    return MovesResult(seconds, choices, len(players), *_segmented(players))
 
 
 def _choices(sessions: Sequence[Session]) -> list[tuple[str, slice]]:
@@ -142,14 +137,8 @@ def moves_lines(found: MovesResult) -> Iterator[str]:
         first = found.choices[0]
         commands = sum(len(one.hits) + len(one.missed) for one in first.outcomes)
         yield f"{len(first.outcomes)} sessions, {found.seconds:.0f} s, {commands} moves on command, each player's own examples"
-        yield (
-            f"{'examples of each move':<24}{'recall':>8}{'precision':>11}{'F1':>8}{'delay 10 %':>12}{'median':>9}{'90 %':>9}"
-            f"{'side':>14}"
-        )
-        yield from (_line(choice.examples, choice.scores) for choice in found.choices)
-        if found.views:
-            yield f"{first.examples}, from other sides"
-            yield from (_line(view.name, view.scores) for view in found.views)
+        yield f"{'examples of each move':<24}{COLUMNS}"
+        yield from (score_line(choice.examples, choice.scores) for choice in found.choices)
         yield ""
         yield f"by move, {first.examples}"
         yield f"{'move':<24}{'hit':>8}{'missed':>11}  taken for"
@@ -167,7 +156,8 @@ def moves_lines(found: MovesResult) -> Iterator[str]:
         yield f"kinds found without names, each person: {kinds:.1f} of {moves:.0f} moves; adjusted Rand index {index:.3f}"
 
 
-def _line(name: str, scores: Summary) -> str:
+def score_line(name: str, scores: Summary) -> str:
+    """Return a line of the table, below `COLUMNS`."""
     delays = "".join(
         f"{delay:.2f} s".rjust(width) for delay, width in zip(scores.delays, (12, 9, 9), strict=True)
     )
@@ -184,11 +174,10 @@ def moves_json(found: MovesResult) -> dict[str, Any]:
 
 
 def moves_rows(found: MovesResult) -> list[dict[str, Any]]:
-    """Return a row for each choice of examples or view, and session."""
-    everything = [(choice.examples, choice.outcomes) for choice in found.choices]
+    """Return a row for each choice of examples, and session."""
     return [
         {
-            "examples": name,
+            "examples": choice.examples,
             "session": outcome.session,
             **{
                 name: value
@@ -197,6 +186,6 @@ def moves_rows(found: MovesResult) -> list[dict[str, Any]]:
             },
             "median_delay_s": summary([outcome]).delays[1],
         }
-        for name, outcomes in [*everything, *((view.name, view.outcomes) for view in found.views)]
-        for outcome in outcomes
+        for choice in found.choices
+        for outcome in choice.outcomes
     ]

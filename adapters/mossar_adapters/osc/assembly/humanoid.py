@@ -41,9 +41,8 @@ _REST = {
 MIN_BONES = 6
 _CENTRE = ("Hips", "Spine", "Chest", "UpperChest", "Neck", "Head")
 _SIDE = ("Shoulder", "UpperArm", "LowerArm", "Hand", "UpperLeg", "LowerLeg", "Foot", "Toes")
-_UPPER = frozenset(
-    ["upperchest", "chestupper", "spineshoulder", "thorax"]
-)  # that are the uppermost of a trunk of two
+# That are the uppermost of a trunk of two.
+_UPPER = frozenset(["upperchest", "chestupper", "spineshoulder", "thorax"])
 _LOWER = "lowerback"  # no bone of its own where others are above it
 _TRUNK = ("Spine", "Chest", "UpperChest")
 _NUMBERED = (("spine", "spine1", "spine2"), ("chest", "chest2", "chest3"))  # each is the next bone

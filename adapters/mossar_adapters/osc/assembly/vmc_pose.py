@@ -38,12 +38,13 @@ class VmcPose:
         self._far = np.array([bone in _FAR for bone in bones])
         self._seen = np.zeros(len(bones), dtype=bool)  # bones that came,
         self._placed = np.zeros(len(bones), dtype=bool)  # and those that came with a position
+        # (J, 3) metres.
         self._offsets = np.array(
             [
                 _offset(bone, bones[parent] if parent >= 0 else None, rest)
                 for bone, parent in zip(bones, self._parents, strict=True)
             ]
-        )  # (J, 3) metres
+        )
         root = bones.index("Hips") if "Hips" in bones else -1
         self.skeleton = Skeleton(tuple(bones), self._parents, root)
 

@@ -272,9 +272,8 @@ def test_rounding_noise_of_rigid_pairs_and_coinciding_joints_makes_no_edge():
 
 def test_pairs_that_tie_are_chosen_in_the_same_order_whatever_the_merges():
     positions = wander(5, 40, 5)
-    positions = np.concatenate(
-        [positions, positions * [-1.0, 1.0, 1.0]], axis=1
-    )  # mirrored: every RRJRD twice
+    # Mirrored: every RRJRD twice.
+    positions = np.concatenate([positions, positions * [-1.0, 1.0, 1.0]], axis=1)
     params = make_params(10, edges=7)
     times = times_of(positions)
     whole = closed(params, positions, times)

@@ -1,33 +1,29 @@
-"""Turning: sessions as if the sensor stood elsewhere, or as if the player turned meanwhile; examples of one side mirrored."""
+"""Sides: moves on command as if the sensor stood elsewhere, or as if the player turned meanwhile.
 
+    python -m checks.sides DIR
+
+Scores sessions of moves on command as `mossar evaluate DIR` does: as recorded, turned about the vertical through the player
+at once or steadily, and with the examples of one side mirrored for the other.
+"""
+
+import argparse
+import sys
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import Moves, Settings
-from mossar_tools.evaluation.recognising import Outcome, Summary, confirmed, judge, side_of, summary
-from mossar_tools.evaluation.sessions import Session
+from mossar_tools.evaluation.moves_report import COLUMNS, score_line
+from mossar_tools.evaluation.recognising import Outcome, confirmed, judge, side_of, summary
+from mossar_tools.evaluation.sessions import Session, load_sessions
 
 SWAY, SWAY_PERIOD = 60.0, 8.0  # degrees to either side, s
 SHOWN_SIDE = "left"  # whose examples are mirrored
 
 Angle = Callable[[NDArray[np.float64]], NDArray[np.float64]]  # s to degrees
-
-
-class View(msgspec.Struct, frozen=True):
-    """What came of all sessions from one view.
-
-    Args:
-        name: For the table.
-        outcomes: Of each session.
-        scores: Of all together.
-    """
-
-    name: str
-    outcomes: list[Outcome]
-    scores: Summary
 
 
 def _by(degrees: float) -> Angle:
@@ -78,32 +74,46 @@ def mirrored(session: Session) -> Moves:
     return moves
 
 
-def views(
-    sessions: Sequence[Session], settings: Settings, on_progress: Callable[[str], None]
-) -> Iterator[View]:
-    """Yield what comes of sessions that are turned, and with the examples of one side mirrored.
+def views(sessions: Sequence[Session], settings: Settings) -> Iterator[tuple[str, list[Outcome]]]:
+    """Yield the name of each view, and what comes of each session from there.
 
     Args:
         sessions: As they were recorded.
         settings: Of the segmenters.
-        on_progress: Gets a line before each step.
     """
-    for name, angle in ANGLES.items():
-        on_progress(name)
-        yield _view(
+    for name, angle in {"as recorded": _by(0.0), **ANGLES}.items():
+        yield (
             name,
-            [
-                judge(
-                    session, confirmed(turned(session, angle), session.examples.moves(slice(None)), settings)
-                )
-                for session in sessions
-            ],
+            [_judged(session, turned(session, angle), _shown(session), settings) for session in sessions],
         )
     if any(side_of(move) for session in sessions for move in session.examples.shown):
-        on_progress("mirrored")
-        found = [judge(session, confirmed(session, mirrored(session), settings)) for session in sessions]
-        yield _view(f"{SHOWN_SIDE} shown, mirrored", found)
+        found = [_judged(session, session, mirrored(session), settings) for session in sessions]
+        yield f"{SHOWN_SIDE} shown, mirrored", found
 
 
-def _view(name: str, outcomes: list[Outcome]) -> View:
-    return View(name, outcomes, summary(outcomes))
+def _shown(session: Session) -> Moves:
+    return session.examples.moves(slice(None))
+
+
+def _judged(session: Session, seen: Session, moves: Moves, settings: Settings) -> Outcome:
+    return judge(session, confirmed(seen, moves, settings))
+
+
+def main() -> int:
+    """Print the table of the folder that the command line names; return the exit status."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", metavar="DIR", type=Path, help="sessions of moves on command")
+    sessions = load_sessions(parser.parse_args().folder, lambda _: None)
+    if not sessions:
+        print("the folder holds no sessions of moves on command", file=sys.stderr)
+        return 2
+    print(f"{'view':<24}{COLUMNS}")
+    for name, outcomes in views(sessions, Settings()):
+        print(score_line(name, summary(outcomes)), flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
