@@ -426,7 +426,7 @@ class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_
         unseen: Frames without any tracked joint.
         malformed: Messages that could not be read.
         kernel_drops: Datagrams dropped by the operating system.
-        queue_dropped: Frames dropped because a queue was full.
+        queue_dropped: Frames dropped because a queue was full, or because they came before the program was ready.
         latency_p50_ms: Median delay from the arrival of a frame to its events, ms; None before the first event.
         latency_p99_ms: 99th percentile of that delay, ms.
         retimed: Frames of the source with another time than their sender's, because its clock does not run.

@@ -59,6 +59,8 @@ def refuse_other_than_arrays(values: object) -> None:
     Raises:
         TypeError: If it is a path or a table; the message has the remedy.
     """
+    if isinstance(values, list | tuple) and len(values) == 1:
+        (values,) = values
     if isinstance(values, str | PurePath):
         raise TypeError(
             f"positions are an array, not the path {str(values)[:80]!r}; mossar_stream.read(path) reads a recording"
@@ -71,13 +73,15 @@ def refuse_other_than_arrays(values: object) -> None:
 
 
 def refuse_text_as_rate(fps: object) -> None:
-    """Refuse a rate that is a text, as options of programs are.
+    """Refuse a rate that is a text, as options of programs are, or an array, as times are.
 
     Raises:
         TypeError: If it is one; the message has the remedy.
     """
     if isinstance(fps, str):
         raise TypeError(f"fps is a number in Hz, not the text {fps[:40]!r}: float(fps)")
+    if np.ndim(fps) > 0:  # type: ignore[arg-type] - of anything
+        raise TypeError("fps is a number in Hz, not an array; the times of frames go by name: times=...")
 
 
 def reshaping(shape: tuple[int, ...]) -> str:

@@ -9,7 +9,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 
-from mossar_stream import FollowEvent, KeyFrameEvent, PoseEvent, RepetitionEvent, SegmentEvent
+from mossar_stream import FollowEvent, KeyFrameEvent, MoveEvent, PoseEvent, RepetitionEvent, SegmentEvent
 
 
 def mounted(folder, *options):
@@ -80,6 +80,8 @@ MADE = {
         "joint": "LeftKnee",
     }
     | {"range": None, "score": None, "decided_time": 13.5},
+    MoveEvent: {"id": "p1/move/0/4", "name": "jab", "status": "confirmed", "start": 12.0, "end": 12.5}
+    | {"score": 0.8, "limb": "left_arm", "decided_time": 12.5},
     PoseEvent: {"id": "p1/pose/0/2", "name": "plank", "status": "held", "start": 12.0, "seconds": 1.5}
     | {"deviation": 8.0, "limbs": LIMBS, "joint": "LeftKnee", "decided_time": 13.5},
 }

@@ -10,6 +10,7 @@ import msgspec
 from mossar_stream import SettingsError
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):")  # two letters or more: C:\take.bvh is a path
+_PLACE = re.compile(r"[\w.-]+:\d+")  # of a URL without its slashes
 _SHOWN = 80  # characters of a URL in a message
 
 
@@ -57,7 +58,8 @@ class Address(msgspec.Struct, frozen=True):
             SettingsError: If there is none.
         """
         if self.port is None:
-            raise self.error(f"a port is missing, as in {self.scheme}://127.0.0.1:5556")
+            place = self.path if _PLACE.fullmatch(self.path) else f"{self.host or '127.0.0.1'}:5556"
+            raise self.error(f"a port is missing, as in {self.scheme}://{place}")
         return self.port
 
     def number(self, name: str, low: float, high: float, default: float | None = None) -> float | None:

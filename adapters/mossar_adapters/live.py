@@ -27,6 +27,7 @@ class Counters(msgspec.Struct):
         ignored: Messages that no profile wanted, or whose sender is not allowed.
         gaps: Frames that the sender numbered but that never came.
         retimed: Frames with another time than the sender's, because its clock does not run, or not in seconds.
+        skipped: Frames that came before the program was ready, and were discarded.
         seen: A few addresses or topics with how often they came, whether used or not.
         last_error: Why the last malformed one could not be used.
     """
@@ -37,6 +38,7 @@ class Counters(msgspec.Struct):
     ignored: int = 0
     gaps: int = 0
     retimed: int = 0
+    skipped: int = 0
     seen: dict[str, int] = msgspec.field(default_factory=dict)
     last_error: str = ""
 
@@ -57,20 +59,23 @@ class Counters(msgspec.Struct):
 class Skipped:
     """What a source discards because it came before the program was ready.
 
+    Args:
+        counters: Of the source, where the frames are counted.
+
     Attributes:
         kept: What else came, the latest of it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, counters: Counters) -> None:
         self.kept: deque[Meta | Departure] = deque(maxlen=_MOST_KEPT)
-        self._frames = 0
+        self._counters = counters
         self._span: tuple[float, float] | None = None  # times of the first and the last one, s
 
     def add(self, found: Sequence[Meta | Frames | Departure]) -> None:
         """Keep all items but frames, and count the frames."""
         for item in found:
             if isinstance(item, Frames):
-                self._frames += len(item)
+                self._counters.skipped += len(item)
                 first, last = float(item.times[0]), float(item.times[-1])
                 self._span = (first if self._span is None else self._span[0], last)
             else:
@@ -84,7 +89,7 @@ class Skipped:
         _log.info(
             "%s: %s frames (%.1f s) came before the program was ready and were discarded",
             name,
-            f"{self._frames:,}",
+            f"{self._counters.skipped:,}",
             abs(last - first),
         )
 

@@ -154,7 +154,17 @@ def open_frame_sink(url: str, *, force: bool = False, position: int | None = Non
     return sink
 
 
-_LIKE = {"udp": "osc", "tcp": "zmq", "http": "ws", "https": "ws", "camera": "webcam"}  # what people type
+_LIKE = {  # what people type for schemes
+    "udp": ("osc",),
+    "tcp": ("zmq",),
+    "http": ("ws+bind", "ws"),
+    "https": ("ws+bind", "ws"),
+    "camera": ("webcam",),
+}
+_INSTEAD = {  # what does what was asked for
+    ("ws", "source"): "; ws+bind:// listens for senders",
+    ("ws", "frame_sink"): "; osc:// and zmq+bind:// do",
+}
 _CANNOT = {"source": "cannot be read from", "sink": "takes no events", "frame_sink": "takes no frames"}
 
 
@@ -165,17 +175,15 @@ def _opened(url: str, use: str) -> tuple[Address, Callable[[Address, OpenOptions
         if address.scheme in scheme.names:
             opened = getattr(scheme, use)
             if opened is None:
-                raise address.error(f"{address.scheme}: {_CANNOT[use]}")
+                hint = _INSTEAD.get((address.scheme, use), "")
+                raise address.error(f"{address.scheme}: {_CANNOT[use]}{hint}")
             return address, opened
     known = ", ".join(
         f"{s.names[0]}:" for s in SCHEMES if getattr(s, use) and s.names[0] not in {"-", "file"}
     )
-    names = [name for scheme in SCHEMES for name in scheme.names]
-    near = (
-        [_LIKE[address.scheme]]
-        if address.scheme in _LIKE
-        else difflib.get_close_matches(address.scheme, names, 1)
-    )
+    names = [name for scheme in SCHEMES for name in scheme.names if getattr(scheme, use)]
+    near = [name for name in _LIKE.get(address.scheme, ()) if name in names]
+    near = near or difflib.get_close_matches(address.scheme, names, 1)
     hint = f" - did you mean {near[0]}:?" if near else ""
     raise address.error(
         f"there is no scheme {address.scheme}:{hint}; there are {known}, a path, and - for a pipe"

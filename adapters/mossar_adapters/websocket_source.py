@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from mossar_adapters.address import Address
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.live import Counters
+from mossar_adapters.live import Counters, Skipped
 from mossar_adapters.maps.codec import from_json
 from mossar_adapters.maps.intake import MapIntake
 from mossar_adapters.receiving.fair_queue import FairQueue
@@ -76,11 +76,23 @@ class WebSocketSource:
         self._connected = 0
         self._opened = time.monotonic()
         self._closed = False
+        self._skipped = Skipped(self.counters)
         self._server = WebSocketServer(address, self._serve, max_in=MAX_MESSAGE)
         self.port = self._server.port
 
+    def skip_waiting(self) -> None:
+        """Have `items` begin with what comes from now on; how much is discarded is logged."""
+        for _ in range(QUEUE):
+            message = self._inbox.get(0)
+            if message is None:
+                break
+            self._receive(message)
+        self._skipped.add(self._intake.batch.take())
+        self._skipped.log(self.name)
+
     def items(self) -> Iterator[Meta | Frames | Departure | None]:
         """Yield metas, chunks of frames and departures; None when nothing came for a tenth of a second."""
+        yield from self._skipped.kept
         while not self._closed:
             message = self._inbox.get(_IDLE)
             if message is None:

@@ -11,6 +11,8 @@ if os.name != "posix":
 
 from checks.signals import Outcome, main
 
+LOST = "Exception ignored in: <function _get_module_lock.<locals>.cb at 0x7f81536bef20>"
+
 
 @pytest.mark.parametrize(
     ("number", "took", "status", "words", "fault"),
@@ -25,6 +27,8 @@ from checks.signals import Outcome, main
             "Fatal Python error: init_import_site: Failed to import the site module\n",
             "",
         ),
+        (signal.SIGINT, 60.1, -9, f"{LOST}\nKeyboardInterrupt:\n", ""),
+        (signal.SIGTERM, 60.1, -9, f"{LOST}\nKeyboardInterrupt:\n", "took 60.1 s"),
         (signal.SIGTERM, 0.0, 1, "Fatal Python error: init_import_site: Failed\n", "status 1"),
         (signal.SIGINT, 2.3, 130, "", "took 2.3 s"),
         (signal.SIGTERM, 0.3, 130, "", "status 130"),

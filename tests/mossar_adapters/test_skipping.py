@@ -1,5 +1,6 @@
 """What came while the program was not ready is discarded, and how much is logged."""
 
+import json
 import socket
 import time
 
@@ -7,12 +8,15 @@ import msgspec
 import numpy as np
 import pytest
 import zmq
+from websockets.sync.client import connect
 
 from mossar_adapters.address import parse_url
 from mossar_adapters.maps.frame_maps import FrameMap, MetaMap
 from mossar_adapters.osc.encode import encode
 from mossar_adapters.osc.source import OscSource
+from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Meta
+from mossar_adapters.websocket_source import WebSocketSource
 from mossar_adapters.zeromq.source import ZmqSource
 from mossar_stream import Frames
 
@@ -35,13 +39,29 @@ def send_over_zmq(publisher, first, count):
         publisher.send_multipart([b"mossar.frame.p1.", msgspec.msgpack.encode(frame)])
 
 
-@pytest.fixture(params=["osc", "zmq"])
+def send_over_websocket(client, first, count):
+    client.send(
+        json.dumps({"type": "meta", "performer": "p1", "names": ["hips", "head"], "parents": [-1, 0]})
+    )
+    for k in range(first, first + count):
+        xyz = [[0, 0, 0], [0, 0, 0]]
+        client.send(json.dumps({"type": "frame", "performer": "p1", "seq": k, "t": k / 50, "xyz": xyz}))
+
+
+@pytest.fixture(params=["osc", "zmq", "ws"])
 def waiting(request):
     """A source in which 100 frames of two seconds wait, and what sends it more."""
     if request.param == "osc":
         source = OscSource(parse_url("osc://127.0.0.1:0?profile=mossar"))
         send_over_osc(source, 0, 100)
         yield source, lambda: send_over_osc(source, 100, 10)
+        source.close()
+        return
+    if request.param == "ws":
+        source = WebSocketSource(parse_url("ws+bind://127.0.0.1:0"))
+        with connect(f"ws://127.0.0.1:{source.port}") as client:
+            send_over_websocket(client, 0, 100)
+            yield source, lambda: send_over_websocket(client, 100, 10)
         source.close()
         return
     with zmq.Context() as context, context.socket(zmq.PUB) as publisher:
@@ -82,6 +102,17 @@ def test_old_frames_are_discarded_and_the_performer_is_known_all_the_same(waitin
     said = [message for message in caplog.messages if "discarded" in message]
     assert len(said) == 1
     assert "100 frames (2.0 s)" in said[0]
+
+
+def test_discarded_frames_are_in_the_stats(waiting):
+    source, send_more = waiting
+    time.sleep(0.2)
+    source.skip_waiting()
+    send_more()
+    pipeline = Pipeline([source], [])
+    pipeline._tick = lambda: pipeline.stop() if pipeline.outcome.frames == 10 else None
+    pipeline.run()
+    assert pipeline.upkeep.stats_of(pipeline, "p1").queue_dropped == 100
 
 
 def test_frames_that_waited_for_minutes_are_discarded_all(monkeypatch, caplog):

@@ -278,6 +278,16 @@ def test_a_rate_is_a_number():
             use()
 
 
+def test_times_are_no_rate_and_a_list_of_paths_is_no_recording():
+    positions, times = walk()
+    for wrong in (times, list(times)):
+        with pytest.raises(TypeError, match=r"not an array; the times of frames go by name: times=\.\.\."):
+            segment_recording(positions, wrong)
+    assert segment_recording(positions, np.float32(60)).segments
+    with pytest.raises(TypeError, match=r"not the path 'walk\.bvh'; mossar_stream\.read\(path\)"):
+        segment_recording(["walk.bvh"], 60)
+
+
 def test_times_that_no_recording_has_are_refused():
     positions, times = walk()
     for wrong, said in (

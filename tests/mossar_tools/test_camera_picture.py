@@ -48,7 +48,7 @@ def test_pictures_are_kept_only_where_they_were_asked_for(tmp_path):
     from mossar_adapters.urls import open_source
 
     if not hasattr(os, "mkfifo") or kept() is None:
-        pytest.skip("the weights are not here: mossar webcam --get-model")
+        pytest.skip("the weights are not here: mossar adapters --get-model")
     os.mkfifo(tmp_path / "camera.mjpeg")
     assert open_source(f"webcam:{tmp_path}/camera.mjpeg").preview is None
     assert open_source(f"webcam:{tmp_path}/camera.mjpeg?picture=yes").preview() is None  # not yet
@@ -61,7 +61,7 @@ def test_pictures_are_not_shown_to_other_devices(mossar, tmp_path):
 
     pytest.importorskip("viser", reason="the extra view is not installed")
     if not hasattr(os, "mkfifo") or kept() is None:
-        pytest.skip("the weights are not here: mossar webcam --get-model")
+        pytest.skip("the weights are not here: mossar adapters --get-model")
     os.mkfifo(tmp_path / "camera.mjpeg")
     url = f"webcam:{tmp_path}/camera.mjpeg?picture=yes"
     status, _, err = mossar("view", url, "--no-browser", "--port", "0", "--host", "0.0.0.0")

@@ -127,7 +127,7 @@ def test_one_unlike_the_others_is_asked_for_again_and_may_be_kept(stage, tmp_pat
     stage.teach("punch", shown(PUNCH))
     state = stage.teach("punch", shown(RAISE))
     assert (state.phase, state.runs, state.can_keep) == ("again", True, True)
-    assert "punch: example 2 is another movement" in state.message
+    assert state.message == "not kept: punch: example 2 is another movement than the others"
     assert "press Keep" in countdown(state)
     assert len(Moves.load(tmp_path / "moves-1.json")) == 1
     stage.stream(shown(PUNCH))

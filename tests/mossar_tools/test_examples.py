@@ -6,12 +6,14 @@ import os
 import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from checks.run_process import free_port
+from mossar_adapters.osc.encode import encode
 from mossar_stream import FollowEvent
 
 ROOT = Path(__file__).parents[2]
@@ -105,6 +107,21 @@ def test_poses_arrive_and_their_events_are_received(example, process):
     expected = [f"{event['time']:7.2f} s  p1: {event['kind']}" for event in confirmed]
     assert output(heard).splitlines() == expected
     assert len(output(heard_osc).splitlines()) == len(expected)
+
+
+def test_the_receiver_of_osc_prints_recognised_moves(example):
+    port = free_port(socket.SOCK_DGRAM)
+    heard = example("receive_osc.py", port)
+    move = encode(
+        "/mossar/move", "ssssiffffi", "p1", "confirmed", "punch", "left_arm", 0, 1.5, 2.0, 2.1, 0.8, 1
+    )
+    ended = encode("/mossar/stream", "sssi", "p1", "ended", "end of stream", 0)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        while heard.poll() is None:  # it takes a while until it listens
+            for message in (move, ended):
+                sender.sendto(message, ("127.0.0.1", port))
+            time.sleep(0.2)
+    assert set(output(heard).splitlines()) == {"   1.50 s  p1: punch (left_arm)"}
 
 
 def test_a_game_reacts_to_moves_that_were_shown(example, process, mossar, tmp_path):

@@ -9,7 +9,7 @@ import pytest
 
 from mossar_adapters.annotations.reading import read_annotations
 from mossar_adapters.pipeline.emission import Emission
-from mossar_stream import FollowEvent
+from mossar_stream import FollowEvent, MoveEvent
 from mossar_tools.console import Console
 from mossar_tools.live_view import LiveView
 
@@ -56,6 +56,7 @@ def test_a_recording_has_a_line_and_a_row_for_each_performance(mossar, moves):
     lines = out.splitlines()
     assert (status, "squat: 8 done" in lines) == (0, True)
     assert sum("tempo" in line and "deviation" in line for line in lines) == 8
+    assert not any(line.startswith("squat, ") for line in lines)  # the recognised ones are the same squats
     out = mossar("segment", TAKE, "--moves", moves, "--follow", "squat", "--csv")[1]
     rows = [row for row in csv.DictReader(io.StringIO(out)) if row["state"] == "followed"]
     assert [(row["name"], row["count"]) for row in rows] == [("squat", str(n)) for n in range(1, 9)]
@@ -103,6 +104,15 @@ def test_a_terminal_shows_each_performance_that_is_done_and_how_far_the_next_one
         == "p1 13.00 s squat 3, tempo 1.25, deviation 8 deg (left leg 12 deg)"
     )
     assert "squat, p1: 3 done in the last take" in view.summary()
+
+
+def test_recognised_moves_are_not_counted_beside_those_that_are_followed(made):
+    view = LiveView(Console(io.StringIO(), io.StringIO()), [], visible=False)
+    view.send([made(FollowEvent, status="done", count=3)])
+    for name in ("squat", "jab", "jab"):
+        view.send([made(MoveEvent, name=name)])
+    counts = [line for line in view.summary() if ", p1: " in line]
+    assert counts == ["squat, p1: 3 done in the last take", "jab, p1: recognised 2 times"]
 
 
 def test_a_picture_has_a_panel_for_each_limb_and_a_bar_for_each_performance(mossar, moves, tmp_path):

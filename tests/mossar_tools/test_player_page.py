@@ -584,7 +584,13 @@ def test_slow_pictures_come_with_the_hint_to_try_lite(told, tmp_path, squats, cl
     last_state(told, page)
     clock.now += 3.0
     show.found = [squats[0][-1]]
-    assert "model lite" in json.loads(last_state(told, page))["note"]
+    assert "only 4 pictures a second: the model lite" in json.loads(last_state(told, page))["note"]
+    for rate, warned in ((6.0, True), (30.0, True), (30.0, False)):  # it can be read, and does not flicker
+        show.rate = rate
+        clock.now += 0.5 if warned else 10.0
+        show.found = [squats[0][-2 if warned else -1]]
+        assert ("only 4 pictures" in json.loads(last_state(told, page))["note"]) == warned
+    show.rate = 4.0
     lite = PlayerPage(told.server, show, model="lite")
     last_state(told, lite)
     clock.now += 10.0

@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 import types
+import weakref
 
 import pytest
 
@@ -41,6 +42,24 @@ def test_a_signal_in_a_delicate_place_waits_until_it_is_left(module, name, numbe
         time.sleep(20)
     assert passed
     assert time.perf_counter() - left < 10  # it wakes what waits
+
+
+class Thing:
+    """Something that a weak reference can refer to."""
+
+
+@pytest.mark.parametrize(("number", "error"), NUMBERS)
+def test_a_signal_that_python_discards_comes_again(number, error):
+    things = [Thing()]
+    kept = weakref.ref(things[0], lambda _: os.kill(os.getpid(), number) or time.sleep(0))
+    hook = sys.unraisablehook
+    went_on = []
+    with pytest.raises(error), raising():  # noqa: PT012
+        things.clear()  # what the callback raises is discarded
+        went_on.append(kept())
+        time.sleep(20)
+    assert went_on == [None]
+    assert sys.unraisablehook is hook
 
 
 def test_a_signal_that_waits_when_the_block_ends_is_not_lost():

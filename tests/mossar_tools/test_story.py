@@ -60,6 +60,14 @@ def test_the_end_has_two_delays_and_the_next_command():
     assert "%" not in text
 
 
+@pytest.mark.parametrize(("columns", "later"), [(46, r" \+\d\.\d s$"), (80, r" decided \d\.\d s later$")])
+def test_each_key_frame_says_when_it_was_decided(monkeypatch, columns, later):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    keys = [line for line in told()[0] if re.search("[✓·]", line)]
+    assert len(keys) > 10
+    assert all(re.search(later, line) for line in keys)
+
+
 @pytest.mark.parametrize("columns", [30, 46, 80])
 def test_no_line_is_longer_than_the_terminal_is_wide(monkeypatch, columns):
     monkeypatch.setenv("COLUMNS", str(columns))

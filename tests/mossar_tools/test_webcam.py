@@ -220,10 +220,12 @@ def test_the_bundle_for_browsers_is_made_of_the_weights(tmp_path):
 
 
 @pytest.mark.usefixtures("provided")
-def test_get_model_says_where_the_weights_are(mossar):
+@pytest.mark.parametrize("command", ["adapters", "webcam"])
+def test_get_model_says_where_the_weights_are(mossar, command):
     from mossar_adapters.pose.weights import folder
 
-    status, out, _ = mossar("webcam", "--get-model")
+    status, out, err = mossar(command, "--get-model")
     assert status == 0
+    assert ("is now: mossar adapters --get-model" in err) == (command == "webcam")
     assert str(folder()) in out
     assert Path(folder()).is_dir()

@@ -64,6 +64,44 @@ LINES = {
     "settings --set windw=1": "did you mean window?",
     "adapters --check": "--check URL (",
     "completion fish": "choose from",
+    "run osc://localhost": "a port is missing, as in osc://localhost:5556",
+    "run 127.0.0.1": "a port is missing, as in 127.0.0.1:39539",
+    "run osc:localhost:39539": "a port is missing, as in osc://localhost:39539",
+    "run 39539,39540": "several are separated by spaces: 39539 39540",
+    "run --source 39539": "SOURCE stands without an option: mossar run 39539",
+    "run -p 39539": "SOURCE stands without an option: mossar run 39539",
+    "run http://127.0.0.1:39539": "did you mean ws+bind:?",
+    "run demo: --to http://127.0.0.1:9000": "did you mean ws:?",
+    "run ws://127.0.0.1:8765": "ws+bind:// listens for senders",
+    "run webcam": "there is no such file; what is meant may be webcam:",
+    "run demo": "what is meant may be demo:",
+    "run empty": "this is a folder without recordings of single frames (.json); name the recordings in it",
+    "run moves.json": "this is a file of moves, for --moves",
+    "run demo: --to zmq": "what is meant may be zmq://HOST:PORT",
+    "run demo: --to 127.0.0.1": "as in 127.0.0.1:39539",
+    "run demo: --config levels.toml": "there is no option 'levle' - did you mean level?",
+    "run demo: --repetitions 5": "--repetitions takes no value",
+    "run demo: --window 0.3": "did you mean --set window=VALUE?",
+    "run demo: -o out.jsonl": "did you mean --to?",
+    "run demo: -q": "did you mean --quiet?",
+    "segment demo": "what is meant may be demo:",
+    "segment 39539": "39539 is a stream, which mossar run takes",
+    "segment demo:?seconds=1 --from 5 --until 2": "a part begins before it ends, not from 5 s until 2 s",
+    "segment *.trc": "no file fits this pattern",
+    "segment walk.bvh --threshold 0.1": "did you mean --set sig_threshold=0.05?",
+    "segment walk.bvh --output out.csv": "did you mean --csv or --json or --plot?",
+    "segment demo:?seconds=1 --csv out.xlsx": "did you mean --csv out.csv?",
+    "segment demo:?seconds=1 --json out.csv": "--json writes JSON - did you mean --csv?",
+    "teach walk.bvh": "the file of moves comes first: mossar teach moves.json walk.bvh --name wave",
+    "teach walk.bvh my.json --name kick": "mossar teach my.json walk.bvh --name kick",
+    "teach 39539 --name kick": "mossar teach moves.json 39539 --name kick",
+    "teach moves.json --name kick": "what to learn from? mossar teach moves.json 39539 --name kick",
+    "teach moves.json walk.bvh kick": "at a time: mossar teach moves.json walk.bvh --name kick",
+    "replay demo: --to ws://127.0.0.1:0": "osc:// and zmq+bind:// do",
+    "record webcam take.msk": "what is meant may be webcam:",
+    "view webcam:?model=tiny": "option model must be one of lite, full, heavy",
+    "evaluate walk.bvh": "give a folder with recordings",
+    "-v": "did you mean --version?",
 }
 
 
@@ -71,6 +109,9 @@ LINES = {
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "walk.bvh").touch()
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "levels.toml").write_text("levle = 'motion'")
+    (tmp_path / "moves.json").write_text('{"format": "mossar-moves", "examples": [], "rules": {}}')
 
 
 @pytest.mark.parametrize("line", LINES)
@@ -83,8 +124,16 @@ def test_a_wrong_line_is_answered_in_one_line_with_the_cure(mossar, line):
     assert LINES[line] in said[0]
 
 
+@pytest.mark.parametrize("command", ["run", "segment"])
+@pytest.mark.parametrize("folder", [".", ".."])
+def test_a_folder_is_no_internal_error(mossar, command, folder):
+    status, _, err = mossar(command, folder)
+    assert status == 2
+    assert "internal error" not in err
+
+
 def test_there_are_many():
-    assert len(LINES) >= 45
+    assert len(LINES) >= 90
 
 
 @pytest.mark.parametrize("command", ["run", "segment", "view", "teach", "demo"])

@@ -31,6 +31,8 @@ EXPECTED = {
 GRACE = 60.0  # s after which a process that does not end is killed
 # What Python says, with status 1, of a SIGINT in its first hundredths of a second, before any code of ours runs.
 PYTHON_STARTS = "Fatal Python error: init_"
+# What Python says of a SIGINT that it discards, as no handler of ours does: it came while a module's lock was removed.
+PYTHON_DISCARDS = "Exception ignored in: <function _get_module_lock"
 BAD_WORDS = ("internal error", "Segmentation", "Fatal", "Exception ignored", "terminate called")
 COMMAND = ("run", "osc://127.0.0.1:0", "--to", "-")
 
@@ -48,10 +50,17 @@ class Outcome(msgspec.Struct, frozen=True):
     @property
     def is_early(self) -> bool:
         """Whether it ended before there was a handler."""
-        return self.status < 0 or self.words.startswith(PYTHON_STARTS)
+        return self.status < 0 or self.words.startswith(PYTHON_STARTS) or self.is_lost
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether Python discarded the signal before there was a handler, so that the run went on."""
+        return self.number == signal.SIGINT and PYTHON_DISCARDS in self.words
 
     def fault(self, limit: float) -> str:
         """Return what is wrong, nothing if all is well."""
+        if self.is_lost:
+            return ""
         if self.took > limit:
             return f"took {self.took:.1f} s"
         if self.number == signal.SIGINT and self.words.startswith(PYTHON_STARTS):
@@ -156,10 +165,11 @@ def _write(results: Path | None, outcome: Outcome) -> None:
 def _report(outcomes: list[Outcome], limit: float) -> int:
     faults = sum(bool(outcome.fault(limit)) for outcome in outcomes)
     early = sum(outcome.is_early for outcome in outcomes)
-    slowest = max((outcome.took for outcome in outcomes), default=0.0)
+    slowest = max((outcome.took for outcome in outcomes if not outcome.is_lost), default=0.0)
     print(
         f"{len(outcomes)} starts, {faults} faults, slowest end {slowest:.2f} s, "
-        f"{early} before there was a handler"
+        f"{early} before there was a handler, "
+        f"{sum(outcome.is_lost for outcome in outcomes)} of them discarded by Python"
     )
     return int(faults > 0)
 

@@ -39,11 +39,11 @@ COMMANDS: Final[dict[str, str]] = {
     "bench": "measure speed, delay and memory on this machine",
     "replay": "send a recording as a live stream of frames",
     "record": "write arriving frames to a file for replay",
-    "adapters": "list formats, protocols and missing extras; --check URL tries one",
+    "adapters": "list formats, protocols and missing extras; --check URL tries one; fetch weights",
     "flink": "segment live streams of many performers on Apache Flink",
     "schema": "print the JSON Schema of the events",
     "completion": "print a script for the Tab key, for bash, zsh and tcsh",
-    "webcam": "fetch the weights (--get-model); its page is mossar view webcam: now",
+    "webcam": "open the page of mossar view webcam:browser, under its former name",
 }
 # Commands for which a port alone is a source or sink.
 STREAMED: Final = (
@@ -221,6 +221,8 @@ def _meant(name: str) -> str:
 def _run(arguments: list[str], terminal: Console) -> int:
     if arguments and arguments[0] == "help":
         arguments = [*arguments[1:2], "--help"]
+    if len(arguments) == 2 and arguments[0] in {"-h", "--help"} and arguments[1] in COMMANDS:
+        arguments = [arguments[1], "--help"]
     # What stands before the command's name can only be --help or --version.
     if not arguments or (arguments[0].startswith("-") and arguments[0] != "-"):
         return _run_without_command(arguments or ["--help"], terminal)

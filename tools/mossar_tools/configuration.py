@@ -19,6 +19,7 @@ from typing import Any
 from mossar_adapters.toml_file import read_toml
 from mossar_stream import MossarError
 from mossar_tools.errors import UsageError
+from mossar_tools.parser import did_you_mean
 
 # Not by these names, or not at all.
 _ELSEWHERE = {"set", "config", "file", "target", "check", "begin", "plot_to"}
@@ -51,7 +52,8 @@ def read_configuration(
     for key, value in content.items():
         option = "--" + key.replace("_", "-")
         if key.replace("-", "_") not in names:
-            raise UsageError(f"{path}: there is no option {key!r}; there are {', '.join(sorted(names))}")
+            known = did_you_mean(key, sorted(names), alike=0.7) or f"; there are {', '.join(sorted(names))}"
+            raise UsageError(f"{path}: there is no option {key!r}{known}")
         if option in actions and actions[option].dest not in _NOT_HERE:
             found[actions[option].dest] = _converted(path, key, value, actions[option])
     if sources and any(action.dest == "sources" for action in parser._actions):  # noqa: SLF001

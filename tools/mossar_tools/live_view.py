@@ -195,8 +195,9 @@ class LiveView:
             lines.append(f"repetitions of {of} in the last take: {total}")
         for (performer, name), event in self._followed.items():
             lines.append(f"{name}, {performer}: {event.count} done in the last take")
-        for (performer, name), number in self._recognised.items():
-            lines.append(f"{name}, {performer}: recognised {number} time{'s' * (number != 1)}")
+        for key, number in self._recognised.items():
+            if key not in self._followed:  # which has its own count
+                lines.append(f"{key[1]}, {key[0]}: recognised {counted(number, 'time')}")
         for performer, number in self._steps.items():
             lines.append(f"{performer}: {counted(number, 'step')}")
         return lines

@@ -10,7 +10,7 @@ from mossar_adapters.source import Meta, Recording
 from mossar_stream import Frames
 from mossar_tools.console import LOGGER
 from mossar_tools.errors import UsageError
-from mossar_tools.opening import recording_of, source_of
+from mossar_tools.opening import check_url, is_port, recording_of, source_of
 from mossar_tools.options import Options
 
 DEMO_SECONDS = 30  # of motion, unless the URL says otherwise
@@ -27,11 +27,12 @@ def load_recording(options: Options, on_progress: OnProgress = lambda _: None) -
     Raises:
         MossarError: If it cannot be read, or is too large to be held in memory.
     """
-    scheme = parse_url(options.file).scheme
+    scheme = "osc" if is_port(options.file) else parse_url(options.file).scheme
     if scheme not in {"demo", "file"}:
         raise UsageError(
             f"{options.file} is a stream, which mossar run takes; this command takes a recording or demo:"
         )
+    check_url(options.file)
     cuts: dict[str, tuple[Cut, ...]] = {}
     if scheme == "demo":
         recording = _performance(options, cuts)

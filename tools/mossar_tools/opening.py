@@ -1,6 +1,7 @@
 """Opening: the source or sink of an argument."""
 
 import logging
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path, PurePath
@@ -19,6 +20,7 @@ from mossar_tools.errors import UsageError
 from mossar_tools.options import Options
 
 _log = logging.getLogger("mossar")
+_HOST = re.compile(r"localhost|\d{1,3}(?:\.\d{1,3}){3}|\[[0-9a-fA-F:.]+\]")
 _PORT = re.compile(r"(?:([\w.-]+|\[[0-9a-fA-F:.]+\]):)?(\d{1,6})")  # 39539, localhost:39539, [::1]:39539
 
 
@@ -32,6 +34,7 @@ def spelled_out(options: Options) -> Options:
 def _spelled_source(source: str) -> str:
     place = _port_of(source)
     if place is None:
+        check_url(source)
         return source
     host, number = place
     url = f"osc://{host or '0.0.0.0'}:{number}"  # noqa: S104 - the sender is often another device
@@ -43,10 +46,35 @@ def _spelled_source(source: str) -> str:
 def _spelled_sink(sink: str) -> str:
     place = _port_of(sink)
     if place is None:
+        check_url(sink)
         return sink
     url = f"osc://{place[0] or '127.0.0.1'}:{place[1]}"
     _log.info("%s is %s: OSC", sink, url)
     return url
+
+
+def is_port(text: str) -> bool:
+    """Return whether this is a port, or an address and a port, and no URL."""
+    return _port_of(text) is not None
+
+
+def check_url(text: str) -> None:
+    """Refuse what is nearly a URL: the name of a scheme, an address without a port, several sources in one word.
+
+    Raises:
+        UsageError: If it is one of these, and no file.
+    """
+    if parse_url(text).scheme != "file" or os.path.lexists(text):
+        return
+    forms = [scheme.form for scheme in SCHEMES if text in scheme.names and text != "file"]
+    if forms:
+        form = forms[0].partition("?")[0].partition(",")[0]
+        raise UsageError(f"{text}: there is no such file; what is meant may be {form}")
+    if _HOST.fullmatch(text):
+        raise UsageError(f"{text}: a port is missing, as in {text}:39539")
+    parts = text.split(",")
+    if len(parts) > 1 and all(part == "-" or _port_of(part) or Path(part).exists() for part in parts):
+        raise UsageError(f"{text}: several are separated by spaces: {' '.join(parts)}")
 
 
 def _port_of(text: str) -> tuple[str, str] | None:

@@ -15,6 +15,8 @@ from mossar_tools.errors import UsageError
 from mossar_tools.options import STANDARD_OUTPUT, Options
 
 Rows = Sequence[Mapping[str, Any]]
+# Which option writes files of an ending; empty if none does.
+_ENDINGS = {".json": "--json", ".csv": "--csv", ".png": "--plot", ".xlsx": "", ".xls": "", ".ods": ""}
 
 
 class Outputs(NamedTuple):
@@ -52,6 +54,8 @@ class Outputs(NamedTuple):
             from mossar_tools.figures import check_picture
 
             picture = check_picture(options.plot)
+        _check_ending("--json", options.json)
+        _check_ending("--csv", options.csv)
         for name in (options.json, options.csv, options.plot, options.curves, *options.export):
             if name is not None and name != STANDARD_OUTPUT:
                 _check(Path(name), force=options.force)
@@ -173,6 +177,15 @@ def _lines(place: str | None, console: Console) -> Iterator[Callable[[str], None
         with _file_errors(place):
             draft.put()
         console.say(f"written: {place}")
+
+
+def _check_ending(option: str, name: str | None) -> None:
+    """Refuse a name that promises another format: a spreadsheet refuses such a file, too."""
+    suffix = Path(name or "").suffix.lower()
+    if suffix in _ENDINGS and _ENDINGS[suffix] != option:
+        kind = option.removeprefix("--")
+        meant = _ENDINGS[suffix] or f"{option} {Path(name or '').with_suffix(f'.{kind}')}"
+        raise UsageError(f"{option} {name}: {option} writes {kind.upper()} - did you mean {meant}?")
 
 
 @contextlib.contextmanager

@@ -2,12 +2,26 @@
 
 import argparse
 import difflib
+import itertools
+import sys
 from collections.abc import Iterable, Sequence
 from typing import Any, Final, NoReturn, Protocol
 
 from mossar_tools.errors import UsageError
 
 FEW: Final = 5  # examples of the short help
+_OUTPUTS: Final = ("--csv", "--json", "--plot", "--to")
+# What people type for an option that has another name; of these, those that the command has are named.
+_MEANT: Final[dict[str, tuple[str, ...]]] = {
+    "-o": _OUTPUTS,
+    "--out": _OUTPUTS,
+    "--output": _OUTPUTS,
+    "--format": _OUTPUTS,
+    "-q": ("--quiet",),
+    "-v": ("--verbose", "--version"),
+    "--threshold": ("--set sig_threshold=0.05",),
+}
+_SOURCE: Final = ("-i", "-p", "--in", "--input", "--source", "--file")
 
 
 class Declares(Protocol):
@@ -33,6 +47,7 @@ class Parser(argparse.ArgumentParser):
         super().__init__(**options)
         self._common = frozenset(common)
         self._short = short
+        self._given: list[str] = []  # what is parsed
         if common:
             self.add_argument(
                 "--help-all",
@@ -40,6 +55,11 @@ class Parser(argparse.ArgumentParser):
                 default=argparse.SUPPRESS,
                 help="show all options and examples, and exit",
             )
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Keep what is parsed, for messages."""
+        self._given = list(sys.argv[1:] if args is None else args)
+        return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
         """Raise what is wrong instead of ending the program."""
@@ -88,9 +108,34 @@ class Parser(argparse.ArgumentParser):
         """Return a message about arguments that the command does not have."""
         first = message.rpartition("unrecognized arguments: ")[2].split(" ")[0].partition("=")[0]
         if not first.startswith("-"):
-            return f"{message}; {self.prog} takes {self._taken()}"
-        near = did_you_mean(first, self._option_string_actions)
-        return f"{message}{_elsewhere(first, self.prog) or near}"
+            return f"{message}; {self._without_value(first) or f'{self.prog} takes {self._taken()}'}"
+        if first in _SOURCE and (operands := self._operands()):
+            return f"{message}; {operands[-1].removesuffix('...')} stands without an option: {first_example(self.epilog or '')}"
+        known = self._meant(first) or self._setting(first) or _elsewhere(first, self.prog)
+        return f"{message}{known or did_you_mean(first, self._option_string_actions)}"
+
+    def _meant(self, option: str) -> str:
+        """Return the options of this command that are called otherwise, or nothing."""
+        own = [name for name in _MEANT.get(option, ()) if name.split(" ")[0] in self._option_string_actions]
+        shown = own if own == ["--to"] else [name for name in own if name != "--to"]
+        return f" - did you mean {' or '.join(shown)}?" if own else ""
+
+    def _setting(self, option: str) -> str:
+        """Return how a setting is given that was typed as an option, or nothing."""
+        from mossar_stream import Settings
+
+        name = option.lstrip("-").replace("-", "_")
+        if name not in Settings.__struct_fields__ or "--set" not in self._option_string_actions:
+            return ""
+        return f" - did you mean --set {name}=VALUE?"
+
+    def _without_value(self, value: str) -> str:
+        """Return which option takes no value, if one stands before a value that is unknown; else nothing."""
+        for before, given in itertools.pairwise(self._given):
+            action = self._option_string_actions.get(before)
+            if given == value and action is not None and action.nargs == 0:
+                return f"{before} takes no value"
+        return ""
 
     def _taken(self) -> str:
         operands = self._operands()
@@ -130,14 +175,19 @@ def first_example(epilog: str) -> str:
     return epilog.partition("\n")[2].strip().splitlines()[0].partition("   ")[0]
 
 
-def did_you_mean(wrong: str, right: Iterable[str]) -> str:
+def did_you_mean(wrong: str, right: Iterable[str], *, alike: float = 0.6) -> str:
     """Return a question that names what may have been meant, or nothing.
+
+    Args:
+        wrong: What was typed.
+        right: What there is.
+        alike: How alike the two must be, from 0 to 1.
 
     Example:
         >>> did_you_mean("segmnt", ["run", "segment"])
         ' - did you mean segment?'
     """
-    near = difflib.get_close_matches(wrong.lower(), list(right), 1)
+    near = difflib.get_close_matches(wrong.lower(), list(right), 1, alike)
     return f" - did you mean {near[0]}?" if near else ""
 
 

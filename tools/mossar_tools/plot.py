@@ -19,6 +19,7 @@ from mossar_tools.palette import Palette
 from mossar_tools.panels import draw_curve, draw_segments, draw_strip, draw_tree
 from mossar_tools.poses import draw_poses
 from mossar_tools.stick_figures import sides
+from mossar_tools.wording import strongest
 
 # Inches.
 _LEFT, _RIGHT = 0.73, 0.57  # margins
@@ -145,7 +146,7 @@ def _summary(whole: LoadedRecording, shown: Excerpt) -> str:
         part = f" from {shown.start:g} to {shown.end:g} s"
     return (
         f"{len(whole.times)} frames{rate}, {len(whole.skeleton)} joints; "
-        f"{len(shown.kept)} of {len(shown.marks)} key frames{part} stand"
+        f"{strongest(len(shown.kept), len(shown.marks))}{part}"
     )
 
 

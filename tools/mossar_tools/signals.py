@@ -2,12 +2,14 @@
 
 A handler that raises does so wherever the main thread happens to be. In an import or a finalizer that loses the signal,
 or becomes an error of another kind; where a thread starts it breaks one of Python's own locks. So handlers wait until the
-main thread has left such a place.
+main thread has left such a place. Python also discards what is raised in a callback of a weak reference or of the garbage
+collector; such a signal comes again.
 """
 
 import _thread
 import contextlib
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -52,7 +54,7 @@ def stopping(ask: Callable[[], None]) -> Iterator[Stop]:
 @contextlib.contextmanager
 def raising() -> Iterator[None]:
     """Turn SIGTERM into an exception, as Ctrl-C is one, while the block runs."""
-    with _handled(_raise):
+    with _handled(_raise), _discarded():
         try:
             yield
             if _deferred:
@@ -65,11 +67,34 @@ def _raise(number: int, frame: FrameType | None) -> None:
     if number in _deferred:
         _deferred.remove(number)
     if _is_delicate(frame):
-        _deferred.append(number)
-        # No lock is taken, which the main thread might hold.
-        _thread.start_new_thread(_signal_again, (number,))
+        _defer(number)
         return
     raise _exception(number)
+
+
+def _defer(number: int) -> None:
+    _deferred.append(number)
+    _thread.start_new_thread(_signal_again, (number,))  # no lock is taken, which the main thread might hold
+
+
+@contextlib.contextmanager
+def _discarded() -> Iterator[None]:
+    """Defer signals whose exception Python discards, while the block runs."""
+    before = sys.unraisablehook
+
+    def hook(unraisable: "sys.UnraisableHookArgs") -> None:
+        if issubclass(unraisable.exc_type, Terminated):
+            _defer(signal.SIGTERM)
+        elif issubclass(unraisable.exc_type, KeyboardInterrupt):
+            _defer(signal.SIGINT)
+        else:
+            before(unraisable)
+
+    sys.unraisablehook = hook
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
 
 
 def _exception(number: int) -> BaseException:

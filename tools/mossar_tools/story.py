@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _LOWEST: Final = 2 * ROWS  # lines of a terminal that has room for the figure
 _TEXT: Final = 42  # columns of a line about a key frame, before the delay
+_NARROW: Final = 38  # the same in a narrow terminal
 _FOUND: Final = "1;32"  # the colour of a key frame at a true cut
 
 
@@ -105,9 +106,15 @@ class Story(LiveView):
             ("✓", f"{_words(cut.before)} → {_words(cut.after)}") if cut else ("·", self._within(event))
         )
         text = self._console.plain(f"{self._moment(event.performer, event.time)}  {mark} {said}")
-        later = f"decided {event.decided_time - event.time:.1f} s later"
-        line = f"{text:<{_TEXT}}{later}" if self._console.width() >= _TEXT + len(later) else self._cut(text)
-        return self._console.colour(line, _FOUND if cut else "2")
+        delay = f"{event.decided_time - event.time:.1f} s"
+        return self._console.colour(self._with_delay(text, delay), _FOUND if cut else "2")
+
+    def _with_delay(self, text: str, delay: str) -> str:
+        """Return a line about a key frame, and when it was decided, in as many words as there is room for."""
+        for column, later in ((_TEXT, f"decided {delay} later"), (_NARROW, f"+{delay}")):
+            if self._console.width() >= column + len(later):
+                return f"{text:<{column}}{later}"
+        return self._cut(text)
 
     def _moment(self, performer: str, time: float) -> str:
         of = f"{performer} " if len(self._bodies) > 1 else ""
@@ -143,11 +150,11 @@ class Story(LiveView):
             return super().summary()
         found = sum(map(len, self._found.values()))
         lines = [
-            f"✓ {found} of {self.score.cuts} changes from one move to the next were found, each within {TOLERANCE:g} s."
+            f"✓ {found} of {self.score.cuts} changes from one move to the next were found, each at most {TOLERANCE:g} s off."
         ]
         if self._others:
             lines.append(
-                f"· {counted(self._others, 'more key frame')} separate single movements, as one punch from the next."
+                f"· {counted(self._others, 'more key frame')} within moves: single movements, as one punch after another."
             )
         lines += self._counts()
         if self._delays["activity"] and self._delays["final"]:

@@ -10,7 +10,7 @@ from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import FollowEvent, PoseEvent, RangeOfMotion, Result, Segmentation, gait_of
 from mossar_tools.batch import motion_of
 from mossar_tools.console import Console
-from mossar_tools.wording import counted, judged
+from mossar_tools.wording import counted, judged, strongest
 
 # Key frames in a reader's words.
 _ENDED: Final = {
@@ -72,7 +72,8 @@ def answers(
         if own.repetitions:
             yield from _repetitions(f" of {name.replace('_', ' ')}", own, zero)
     yield from _followed(result, zero)
-    for move in result.moves:
+    followed = {event.name for event in result.followed}  # which has its own lines
+    for move in (move for move in result.moves if move.name not in followed):
         yield f"{move.name}, {move.limb.replace('_', ' ')}, {_span(move.start, move.end, zero)}"
     yield from _poses(result, zero)
     if result.settings.steps:
@@ -106,8 +107,7 @@ def _of_level(result: Result, chosen: Segmentation, keep: int | None) -> str:
     level = result.settings.level
     where = f"level {level}" if isinstance(level, str) else f"strength {level:g}"
     how = "--keep" if keep is not None else where
-    which = f"all {known}" if kept == known else f"the {kept} strongest of {known}"
-    return f"{counted(len(chosen.segments), 'segment')}, divided by {which} key frames ({how}):"
+    return f"{counted(len(chosen.segments), 'segment')}, divided by {strongest(kept, known)} ({how}):"
 
 
 def _segment_lines(chosen: Segmentation, zero: float, console: Console) -> Iterator[str]:

@@ -13,6 +13,20 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'s' * (number != 1)}"
 
 
+def strongest(kept: int, known: int) -> str:
+    """Return which key frames are kept.
+
+    Example:
+        >>> strongest(6, 34), strongest(2, 2)
+        ('the 6 strongest of 34 key frames', 'all 2 key frames')
+    """
+    return (
+        f"all {counted(known, 'key frame')}"
+        if kept == known
+        else f"the {kept} strongest of {known} key frames"
+    )
+
+
 def straying(event: FollowEvent) -> str:
     """Return the limb that strays most, and by how much, as "left leg 12°"."""
     angle = event.limbs.get(event.limb, event.deviation)

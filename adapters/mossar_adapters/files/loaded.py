@@ -68,6 +68,8 @@ class LoadedRecording(msgspec.Struct, frozen=True):
         """
         low = -np.inf if begin is None else begin
         high = np.inf if until is None else until
+        if low > high:
+            raise FileError(self.name, f"a part begins before it ends, not from {low:g} s until {high:g} s")
         inside = np.flatnonzero((self.times >= low) & (self.times <= high))
         if not len(inside):
             length = (

@@ -181,6 +181,8 @@ def _poses(found: Any, *, metric: bool, depth: int, allow_2d: bool) -> list[Pose
     named = {name: point for name, point in found.items() if _is_point(point)}
     if len(named) >= _FEWEST:
         return [_pose(list(named.values()), metric=metric, allow_2d=allow_2d, names=tuple(named))]
+    if {"examples", "rules"} <= found.keys():
+        raise PoseError("this is a file of moves, for --moves")
     raise PoseError(f"no pose is found in it (keys: {', '.join(str(key)[:20] for key in list(found)[:8])})")
 
 

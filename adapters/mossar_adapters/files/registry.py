@@ -253,7 +253,9 @@ def format_of(path: Path, formats: Sequence[Format] = FORMATS) -> Format:
             if form.sniff(head, path):
                 return form
     if path.is_dir():
-        raise FileError(path, "this is a folder without recordings of single frames (.json)")
+        raise FileError(
+            path, "this is a folder without recordings of single frames (.json); name the recordings in it"
+        )
     for beginning, advice in sniff.PACKED.items():
         if head.startswith(beginning):
             raise FileError(path, f"this is {advice}")
@@ -276,6 +278,8 @@ def _clear_errors(path: Path) -> Iterator[None]:
 
 def _similar(path: Path) -> str:
     """Return a question that names a file of the folder, if the path has a name like it and is not there."""
+    if any(sign in path.name for sign in "*?"):
+        return "; no file fits this pattern"
     with contextlib.suppress(OSError):
         if not path.exists() and path.parent.is_dir():
             names = [entry.name for entry in itertools.islice(path.parent.iterdir(), _MOST_LISTED)]

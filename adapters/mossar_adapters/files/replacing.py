@@ -89,7 +89,7 @@ def _companions(path: Path) -> list[Path]:
     suffix = path.suffix.lower()
     if suffix == ".amc" and path.parent.is_dir():
         return [beside for beside in path.parent.iterdir() if beside.suffix.lower() == ".asf"]
-    kept = path.with_name(path.name + ESTIMATE_SUFFIX)  # poses of a video
+    kept = Path(f"{path}{ESTIMATE_SUFFIX}")  # poses of a video
     return [kept] if kept.exists() else []
 
 

@@ -43,7 +43,7 @@ class OscSource:
         self.counters = self.decoder.counters
         self.notes: tuple[str, ...] = ()
         self._closed = self._running = False
-        self._skipped = Skipped()
+        self._skipped = Skipped(self.counters)
         self._socket = DatagramSocket(address)
         self.host, self.port = self._socket.host, self._socket.port
         if self._socket.buffer < SMALL_BUFFER:

@@ -111,7 +111,9 @@ class Upkeep:
             malformed=counted.get("malformed", 0) + record.unusable,
             kernel_drops=counted.get("kernel_drops", 0),
             retimed=counted.get("retimed", 0),
-            queue_dropped=run.inbox.dropped[record.source] + run.beginnings[record.source].dropped,
+            queue_dropped=run.inbox.dropped[record.source]
+            + run.beginnings[record.source].dropped
+            + counted.get("skipped", 0),
             latency_p50_ms=quantiles[0] if quantiles else None,
             latency_p99_ms=quantiles[1] if quantiles else None,
             **stats,

@@ -27,7 +27,7 @@ from mossar_adapters.pose.types import PoseError
 FOLDER: Final = "MOSSAR_MODELS"  # environment variable
 LICENCE: Final = "Apache-2.0, by Google"
 USUAL: Final = "full"
-GET: Final = "mossar webcam --get-model"
+GET: Final = "mossar adapters --get-model"
 
 Say = Callable[[str], None]
 

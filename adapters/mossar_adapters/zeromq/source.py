@@ -65,7 +65,7 @@ class ZmqSource:
         self.endpoint = bound_at(self._socket)
         self._opened = time.monotonic()
         self._running = self._closed = False
-        self._skipped = Skipped()
+        self._skipped = Skipped(self.counters)
 
     def skip_waiting(self) -> None:
         """Discard all messages before now; their number is logged."""

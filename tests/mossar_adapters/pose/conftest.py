@@ -14,7 +14,7 @@ def weights():
     pytest.importorskip("ai_edge_litert", reason="the extra webcam is not installed")
     found = kept()
     if found is None:
-        pytest.skip("the weights are not here: mossar webcam --get-model")
+        pytest.skip("the weights are not here: mossar adapters --get-model")
     return found
 
 

@@ -89,7 +89,7 @@ def test_a_damaged_package_is_refused(models, known):
 
 def test_without_a_network_one_command_is_named(models):
     said = []
-    with pytest.raises(PoseError, match="mossar webcam --get-model") as error:
+    with pytest.raises(PoseError, match="mossar adapters --get-model") as error:
         weights(say=said.append)
     assert "\n" not in str(error.value)
     assert "36 MB" in said[0]

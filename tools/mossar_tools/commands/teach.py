@@ -52,7 +52,7 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
   mossar teach moves.json take.bvh --name kick --from 3.2 --until 4.6
   mossar teach moves.json take.bvh --labels labels.csv        columns start, end (s), name
   mossar teach moves.json take.bvh --labels take.eaf --tier moves      as ELAN, Praat and others write
-  mossar teach moves.json take.bvh --discover --plot kinds.png      which moves are in it? Then
+  mossar teach moves.json take.bvh --discover --plot kinds.png      which moves are in it?
   mossar teach moves.json take.bvh --discover --names punch,-,kick  call kinds 1 and 3 so
   mossar teach moves.json --name punch --strict 0.8 --again 0.5    fewer false punches, none twice
   mossar teach moves.json --name jab_left --mirrored               jab_right, too
@@ -74,7 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "sources", metavar="SOURCE", nargs="*", default=argparse.SUPPRESS, help="a stream or a recording"
     )
-    group = parser.add_argument_group("examples")
+    group = parser.add_argument_group("examples of a move")
     group.add_argument("--name", metavar="NAME", help="name of the move")
     group.add_argument(
         "--pose", metavar="NAME", help="name of a pose; the one held at the end is saved, once"
@@ -165,8 +165,7 @@ def run(options: Options, console: Console) -> int:
         )
     if not options.sources and (_has_rules(options) or options.facing is not None):
         return _set_rules(options, console)
-    if len(options.sources) != 1:
-        raise UsageError("what to learn from? One stream or recording (see mossar teach --help)")
+    _check_places(options)
     if options.discover:
         return _discover(options, console)
     if options.names or options.plot is not None:
@@ -175,14 +174,37 @@ def run(options: Options, console: Console) -> int:
         return _teach_labels(options, console)
     name = options.name or options.pose
     if name is None:
-        raise UsageError(
-            f"what is the move called? mossar teach {options.file} {options.sources[0]} --name wave"
-            " (a held pose: --pose NAME)"
-        )
+        raise UsageError(f"what is the move called? {_line(options)} (a held pose: --pose NAME)")
     check_taught_name(name)
     if options.begin is not None or options.until is not None:
         return _teach_parts(options, console, [(-np.inf, np.inf, name)])
     return _teach_live(options, console)
+
+
+def _check_places(options: Options) -> None:
+    """Refuse a line without a source, with several, or with the source in the place of the file of moves."""
+    if _is_source(options.file):
+        files = [name for name in options.sources if name.lower().endswith(".json")] or ["moves.json"]
+        exchanged = msgspec.structs.replace(options, file=files[0], sources=(options.file,))
+        raise UsageError(f"the file of moves comes first: {_line(exchanged)}")
+    if not options.sources:
+        raise UsageError(f"what to learn from? {_line(msgspec.structs.replace(options, sources=('39539',)))}")
+    if len(options.sources) > 1:
+        last = options.sources[-1]
+        named = options if options.name or _is_source(last) else msgspec.structs.replace(options, name=last)
+        raise UsageError(f"one stream or recording at a time: {_line(named)}")
+
+
+def _is_source(text: str) -> bool:
+    """Return whether this is a stream or a recording, and no name of a file of moves."""
+    from mossar_tools.opening import command_for
+
+    return not text.lower().endswith((".json", ".txt")) and command_for(text) is not None
+
+
+def _line(options: Options) -> str:
+    """Return a line that teaches a move of the first source."""
+    return f"mossar teach {options.file} {options.sources[0]} --name {options.name or options.pose or 'wave'}"
 
 
 def _check_pose(options: Options) -> None:

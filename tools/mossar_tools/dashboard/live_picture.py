@@ -13,6 +13,7 @@ from mossar_tools.excerpt import Excerpt
 from mossar_tools.marks import Mark
 from mossar_tools.palette import Palette
 from mossar_tools.plot import draw_excerpt
+from mossar_tools.wording import strongest
 
 
 def live_picture(
@@ -66,5 +67,5 @@ def excerpt_of(glimpse: Glimpse, marks: list[Mark], level: tuple[float, str]) ->
         level=level[0],
         level_name=f"{level[1]}\n{level[0]:.2f}",
         about=f"the last {end - start:.0f} s, {len(glimpse.skeleton)} joints; "
-        f"{sum(mark.kept for mark in marks)} of {len(marks)} key frames stand",
+        f"{strongest(sum(mark.kept for mark in marks), len(marks))}",
     )

@@ -231,9 +231,10 @@ class Teaching:
         except MossarError as error:
             self._fail(f"not taken: {error}")
             return
-        self._message = f"not kept: {'; '.join(shown.unlike)}"
+        # One reason without its figures is enough on a page; the log has all.
+        self._message = f"not kept: {shown.unlike[-1].partition(' (cost')[0]}"
         self._enter("again", PATIENCE)
-        LOGGER.info("%s", self._message)
+        LOGGER.info("not kept: %s", "; ".join(shown.unlike))
 
     def _save(self, series: Series, shown: Shown) -> None:
         path = self.path or unused(self._folder, "moves", ".json")

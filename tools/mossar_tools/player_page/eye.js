@@ -8,6 +8,7 @@ const HIDDEN = 0.5; // s
 const HIPS = [23, 24];
 const SLOW = 12; // pictures a second; fewer lose fast movements
 const SLOW_FOR = 3000; // ms, before the page says so
+const STANDS = 10000; // ms for which a warning stays as it is
 
 const video = document.createElement("video");
 const still = new OffscreenCanvas(1, 1); // the picture that is looked at, and shown with what was found in it
@@ -116,6 +117,7 @@ let count = 0;
 let last = 0; // ms
 let recent = [];
 let slowSince = null; // ms
+let warning = null; // the rate, and when it was said, ms
 
 function look(now) {
   if (landmarker && video.videoWidth && now > last) {
@@ -150,10 +152,11 @@ function judge(now, world) {
   const rate = recent.length > 1 ? (1000 * (recent.length - 1)) / (now - recent[0]) : SLOW;
   slowSince = rate < SLOW ? slowSince ?? now : null;
   const isSlow = slowSince !== null && now - slowSince > SLOW_FOR;
+  if (!warning || now - warning.at > STANDS) warning = isSlow ? { at: now, rate: rate.toFixed(0) } : null;
   const fetched = about.models.includes("lite") ? "" : "; to fetch it: mossar view webcam:browser?model=lite";
   const faster = controls.model.value === "lite" ? "close other programs" : `the model lite is faster${fetched}`;
   if (!world) said = "nobody is in the picture: step back until the whole body is in it";
-  else said = isSlow ? `only ${rate.toFixed(0)} pictures a second: ${faster}` : "";
+  else said = warning ? `only ${warning.rate} pictures a second: ${faster}` : "";
   video.dataset.rate = rate.toFixed(1);
 }
 
@@ -168,7 +171,7 @@ async function load(model) {
     runningMode: "VIDEO",
     numPoses: 1,
   });
-  [recent, slowSince] = [[], null];
+  [recent, slowSince, warning] = [[], null, null];
 }
 
 const REFUSALS = {

@@ -142,8 +142,9 @@ def _is_missing(address: Address) -> bool:
         return True
     from mossar_adapters.pose.camera import check_camera
 
+    camera = wanted(address)[0]
     try:
-        check_camera(wanted(address)[0])
+        check_camera(camera)
     except MossarError as error:
         LOGGER.info("%s; the page uses the camera of the browser", error)
         return True

@@ -1,6 +1,7 @@
 """Page for players and clients: collects what there is to see, and does what its windows ask for."""
 
 import json
+import math
 import threading
 import time
 import webbrowser
@@ -26,6 +27,7 @@ RATE: Final = 25.0  # Hz
 _STALE: Final = 1.5  # s without frames after which the page says so
 _SLOW: Final = 12.0  # pictures a second; fewer lose fast movements
 _SLOW_FOR: Final = 3.0  # s, before the page says so
+_STANDS: Final = 10.0  # s for which a warning stays as it is
 Preview = Callable[[], "Seen | None"]
 
 
@@ -69,6 +71,7 @@ class PlayerPage:
         self._seen_at = 0.0  # monotonic s, when that came
         self._picture = b""
         self._people: list[Any] = []
+        self._warning, self._warned_at = "", -math.inf  # of few pictures; monotonic s
         self._moves, self._changes = show.teaching.moves, 0
         self._rounds = Rounds(self._draw, RATE, "page")
         server.attach(self._hear, self._examples, open_dashboard)
@@ -154,11 +157,16 @@ class PlayerPage:
         shown = [known for glimpse in glimpses if (known := self._performers.get(glimpse.performer))]
         if all(now - known.heard > _STALE for known in shown):
             return self._absence(now)
-        slow = [known.slow_since for known in shown if known.slow_since is not None]
-        if self._model and self._model != "lite" and slow and now - min(slow) > _SLOW_FOR:
-            rate = min(self._show.rate_of(glimpse.performer) or 0.0 for glimpse in glimpses)
-            return f"only {rate:.0f} pictures a second: the model lite is faster (webcam:?model=lite)"
-        return ""
+        if now - self._warned_at > _STANDS:
+            self._warning = ""
+            slow = [known.slow_since for known in shown if known.slow_since is not None]
+            if self._model and self._model != "lite" and slow and now - min(slow) > _SLOW_FOR:
+                rate = min(self._show.rate_of(glimpse.performer) or 0.0 for glimpse in glimpses)
+                self._warning = (
+                    f"only {rate:.0f} pictures a second: the model lite is faster (webcam:?model=lite)"
+                )
+                self._warned_at = now
+        return self._warning
 
     def _absence(self, now: float) -> str:
         """Return why nobody is seen any more, as far as the page knows."""
