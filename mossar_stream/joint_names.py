@@ -18,18 +18,20 @@ SIDES: tuple[Side, Side] = ("left", "right")
 REMEMBERED = 64  # joint sets of which is remembered what was found
 
 # What joints are called, as words without their side: of several that a set has, the first is meant. A humanoid's LeftShoulder
-# is the collar bone and its LeftUpperArm the shoulder. Of joints with numbers, `#` is the lowest and `##` the highest.
+# is the collar bone and its LeftUpperArm the shoulder. Of joints with numbers, `#` is the lowest, `##` the highest, and
+# `###` the highest if that is 2 or more.
 _TRUNK = {
-    "hips": "spinebase hipcenter hipcentre hips pelvis midhip root lowerbody hip",
-    "spine": "spinemid spine lowerback ab abdomen abdomenlower spinenavel spinenaval upperbody spine# l5 l3",
-    "chest": "spineshoulder shouldercenter shouldercentre upperchest chestupper spine2 thorax chest spinechest upperbody2 "
-    "upperbody3 t8 t12 spine## chest#",
+    "hips": "spinebase hipcenter hipcentre hips pelvis midhip root lowerbody hip waist",
+    "spine": "spinemid spine lowerback ab abdomen abdomenlower spinenavel spinenaval upperbody spine# lowerspine stomach l5 l3 "
+    "torso#",
+    "chest": "spineshoulder shouldercenter shouldercentre upperchest chestupper spine### thorax chest spinechest upperbody2 "
+    "upperbody3 t8 t12 spine## chest# torso##",
     "neck": "neck upperneck lowerneck necklower neck#",
     "head": "head nose head#",
     "torso": "torso",
 }
 _SIDED = {
-    "collar": "collar clavicle shoulder",
+    "collar": "collar clavicle scapula shoulder",
     "shoulder": "upperarm uparm arm uarm shldr shoulder clavicle",
     "elbow": "lowerarm lowarm forearm farm larm humerus elbow",
     "wrist": "radius wrist hand",
@@ -64,6 +66,10 @@ _TRUNK_WORDS = frozenset(
         "l3",
         "t12",
         "t8",
+        "lowerspine",
+        "middlespine",
+        "stomach",
+        "torso",
     ]
 )
 _VERTEBRAE = re.compile(r"l[35]|t8|t12")  # of a body that has a pelvis: alone they are markers on the skin
@@ -80,7 +86,10 @@ _IDLE = frozenset(
         "j",
         "b",
         "c",
+        "m",
+        "x",
         "bend",
+        "stretch",
         "skel",
         "mixamorig",
         "armature",
@@ -245,7 +254,8 @@ def _read_words(words: tuple[str, ...], shared: set[str]) -> JointName:
             return JointName(side, key, number, rest, extra)
         own_side, part = ("", "") if side else _side_within(key)
         if part:
-            return JointName(own_side, part, number, rest, extra)
+            plain = (part, number) if own_side else rest
+            return JointName(own_side, part, number, plain, extra)
     return JointName(side, "", "", rest, 0)
 
 
@@ -333,7 +343,9 @@ def _of_key(
         return next((joint for joint in places.get((side, part), ()) if read[joint].number == number), None)
     joints = places.get((side, part), [])
     if key.endswith("#"):
-        numbered = [joint for joint in joints if read[joint].number]
+        numbered = [
+            joint for joint in joints if int(read[joint].number or -1) >= (2 if key.endswith("###") else 0)
+        ]
         return numbered[-1 if key.endswith("##") else 0] if numbered else None
     for joint in joints:
         number = read[joint].number
@@ -374,6 +386,9 @@ def trunk_joints(names: Sequence[str]) -> list[int]:
         for joint, name in enumerate(read)
         if not name.side and name.part in _HEIGHTS and joint not in others
     ]
+    torsos = [joint for joint in trunk if read[joint].part == "torso"]
+    if len(torsos) == 1:  # of a sensor whose torso is all of the trunk
+        trunk.remove(torsos[0])
     if "neck" in found and read[found["neck"]].part == "spine":  # and so is the head
         above = int(read[found["neck"]].number)
         trunk = [j for j in trunk if read[j].part != "spine" or int(read[j].number or 0) < above]
@@ -381,7 +396,10 @@ def trunk_joints(names: Sequence[str]) -> list[int]:
 
 
 _HEIGHTS = [
+    "torso",
     "lowerback",
+    "lowerspine",
+    "stomach",
     "ab",
     "abdomenlower",
     "abdomen",
@@ -393,6 +411,7 @@ _HEIGHTS = [
     "spinenaval",
     "upperbody",
     "spine",
+    "middlespine",
     "upperback",
     "t12",
     "chestlower",
@@ -410,13 +429,21 @@ def counterparts(names: Sequence[str]) -> list[int]:
     """Return for each joint the one whose name differs in the side only; itself without a side, -1 if there is none.
 
     Example:
-        >>> counterparts(["hips", "thumb_01_l", "thumb_01_r", "LeftEye"])
-        [0, 2, 1, -1]
+        >>> counterparts(["hips", "thumb_01_l", "thumb_01_r", "LeftEye", "lfingers", "rfingers"])
+        [0, 2, 1, -1, 5, 4]
     """
     read = read_joint_names(names)
     place = {(name.side, name.rest): joint for joint, name in reversed(list(enumerate(read)))}
     other = {"left": "right", "right": "left"}
+    letters = {"l": "r", "r": "l"}
+    whole = {name: joint for joint, name in reversed(list(enumerate(names)))}
+
+    def of_letters(joint: int) -> int:
+        """Return the joint of which the first letter is the other side's, as of `lthumb`."""
+        name = names[joint]
+        return whole.get(letters.get(name[:1], "") + name[1:], joint)
+
     return [
-        place.get((other[name.side], name.rest), -1) if name.side else joint
+        place.get((other[name.side], name.rest), -1) if name.side else of_letters(joint)
         for joint, name in enumerate(read)
     ]

@@ -150,8 +150,8 @@ def with_known_parents(names: Sequence[str]) -> tuple[tuple[int, ...], int]:
     """Return parents and root for named joints.
 
     The joint set that shares most names is taken, if that is at least two thirds of them; spelling of case
-    and separators does not matter. Ends (`Head_End`) hang on what they are the end of; other joints that the
-    set does not have get no parent.
+    and separators does not matter. Ends (`Head_End`) hang on what they are the end of. Where the set lacks joints, what
+    the names say one by one is taken instead, if that places more of them; other joints get no parent.
 
     Args:
         names: As the source spells them.
@@ -170,7 +170,14 @@ def with_known_parents(names: Sequence[str]) -> tuple[tuple[int, ...], int]:
         -1 if place[name] != i else place.get(_parent(name, known, best, place), -1)
         for i, name in enumerate(plain)
     )
+    own = _parents_by_names(names, plain) if set(inner) - set(known) else None
+    if own is not None and _placed(own[0]) > _placed(parents):
+        return own
     return parents, place.get(known[best.root], -1) if best.root >= 0 else -1
+
+
+def _placed(parents: Sequence[int]) -> int:
+    return sum(parent >= 0 for parent in parents)
 
 
 def _parents_by_names(names: Sequence[str], plain: Sequence[str]) -> tuple[tuple[int, ...], int] | None:

@@ -95,3 +95,19 @@ def test_sensors_with_openni_are_known_in_any_spelling(spelling):
     ]
     parents, root = openni_parents(names)
     assert (parents, root) == ((-1, 0, 1, 2, 3, 0, 5), 0)
+
+
+def test_joints_that_the_nearest_set_lacks_hang_where_their_names_say():
+    tree = {  # BVH names of which a set knows all but the chest
+        "Hips": "", "Spine": "Hips", "Chest": "Spine", "Neck": "Chest", "Head": "Neck", "Head_End": "Head",
+        "LeftShoulder": "Chest", "LeftArm": "LeftShoulder", "LeftForeArm": "LeftArm", "LeftHand": "LeftForeArm",
+        "RightShoulder": "Chest", "RightArm": "RightShoulder", "RightForeArm": "RightArm", "RightHand": "RightForeArm",
+        "LeftUpLeg": "Hips", "LeftLeg": "LeftUpLeg", "LeftFoot": "LeftLeg",
+        "RightUpLeg": "Hips", "RightLeg": "RightUpLeg", "RightFoot": "RightLeg",
+    }  # fmt: skip
+    names = list(tree)
+    parents, root = with_known_parents(names)
+    assert root == 0
+    assert {
+        name: names[parent] if parent >= 0 else "" for name, parent in zip(names, parents, strict=True)
+    } == tree

@@ -83,6 +83,39 @@ FAMILIES = {
         "{}Collar {}UpArm {}LowArm {}Hand {}UpLeg {}LowLeg {}Foot {}Toe",
         "Left Right",
     ),
+    "Advanced Skeleton": (
+        "Root_M Spine1_M Spine3_M Neck_M Head_M",
+        "Scapula_{} Shoulder_{} Elbow_{} Wrist_{} Hip_{} Knee_{} Ankle_{} Toes_{}",
+        "L R",
+    ),
+    "Auto-Rig Pro": (
+        "root.x spine_01.x spine_03.x neck.x head.x",
+        "shoulder.{} arm_stretch.{} forearm_stretch.{} hand.{} thigh_stretch.{} leg_stretch.{} foot.{} toes_01.{}",
+        "l r",
+    ),
+    "mocopi": (
+        "root torso_1 torso_7 neck_1 head",
+        "{}_shoulder {}_up_arm {}_low_arm {}_hand {}_up_leg {}_low_leg {}_foot {}_toes",
+        "l r",
+    ),
+    "ARKit": (
+        "hips_joint spine_1_joint spine_7_joint neck_1_joint head_joint",
+        (
+            "{}_shoulder_1_joint {}_arm_joint {}_forearm_joint {}_hand_joint {}_upLeg_joint {}_leg_joint {}_foot_joint "
+            "{}_toes_joint"
+        ),
+        "left right",
+    ),
+    "Motive": (
+        "Hip Ab Chest Neck Head",
+        "{}Shoulder {}UArm {}FArm {}Hand {}Thigh {}Shin {}Foot {}Toe",
+        "L R",
+    ),
+    "iPi": (
+        "Hip LowerSpine Chest Neck Head",
+        "{}Clavicle {}Shoulder {}Forearm {}Hand {}Thigh {}Shin {}Foot {}Toe",
+        "L R",
+    ),
     "a character": (
         "Actor1_Hips Actor1_Spine Actor1_Spine2 Actor1_Neck Actor1_Head",
         (
@@ -131,6 +164,32 @@ def test_limbs_feet_and_sides_follow(family):
     assert [others[others[joint]] for joint in range(len(names))] == list(range(len(names)))
     assert others[left] == right
     assert others[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("names", "spine", "chest"),
+    [
+        ("Hips Spine Spine1 Spine2 Spine3", "Spine", "Spine3"),  # Perception Neuron
+        ("Hips Spine1 Spine2 Spine3 Spine4", "Spine1", "Spine4"),  # Rokoko, Captury
+        ("Hips LowerBack Spine Spine1", "Spine", "Spine1"),
+        ("Hips Spine Spine1 Chest", "Spine", "Chest"),
+        ("pelvis spine_01 spine_02 spine_03 spine_04 spine_05", "spine_01", "spine_05"),
+        ("root torso_1 torso_2 torso_3 torso_4", "torso_1", "torso_4"),
+    ],
+)
+def test_the_chest_is_the_highest_of_numbered_joints(names, spine, chest):
+    found = find_joints(names.split())
+    assert (names.split()[found["spine"]], names.split()[found["chest"]]) == (spine, chest)
+
+
+def test_the_waist_is_the_hips_of_a_sensor_without_them():
+    assert find_joints(["JOINT_WAIST", "JOINT_TORSO", "JOINT_NECK", "JOINT_HEAD"])["hips"] == 0
+    assert find_joints(["HIP", "WAIST", "CHEST", "HEAD"])["hips"] == 0
+
+
+def test_sides_that_stand_in_the_first_letter_are_exchanged_with_each_other():
+    names = ["lowerback", "lfemur", "rfemur", "lthumb", "rthumb", "LUArm", "RUArm"]
+    assert counterparts(names) == [0, 2, 1, 4, 3, 6, 5]
 
 
 def test_helpers_are_no_joints_of_the_body():

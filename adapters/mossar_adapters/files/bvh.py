@@ -53,7 +53,7 @@ class _Header(NamedTuple):
     line: int  # number of the last line
 
 
-class _Opened(NamedTuple):
+class OpenedBvh(NamedTuple):
     """A file whose frames have been counted."""
 
     hierarchy: Hierarchy
@@ -94,14 +94,14 @@ def read_motion(path: Path, options: ReadOptions) -> JointMotion:
 
 def _read_all(path: Path, options: ReadOptions) -> tuple[JointMotion, dict[str, list[int]], tuple[str, ...]]:
     """Return the rotations of all joints, the joints of each performer, and notes about others."""
-    hierarchy, announced, _, fps, rows, noted = _opened(path, options)
+    hierarchy, announced, _, fps, rows, noted = opened_bvh(path, options)
     names = unique_names([joint.name for joint in hierarchy.joints])
     trees, notes = _performers(names, hierarchy, options.performer)
     scale = _scale(hierarchy, rows, names, next(iter(trees.values())), options)
 
     def chunks() -> Iterator[MotionChunk]:
         for block in rows.blocks():
-            yield _motion_chunk(block, rows, hierarchy, fps, scale.metres)
+            yield motion_chunk(block, rows, hierarchy, fps, scale.metres)
 
     motion = JointMotion(
         names=names,
@@ -160,18 +160,12 @@ def _part(motion: JointMotion, joints: list[int]) -> JointMotion:
     )
 
 
-def motion_rows(path: Path, options: ReadOptions) -> tuple[int, str, Rows]:
-    """Return the number of the line that says MOTION, the frame time as written, and the rows of channels.
+def opened_bvh(path: Path, options: ReadOptions) -> OpenedBvh:
+    """Return the hierarchy, the announced number of frames, time and rate, and the rows.
 
     Raises:
         FileError: If the file cannot be read.
     """
-    opened = _opened(path, options)
-    return opened.hierarchy.motion_line, opened.step, opened.rows
-
-
-def _opened(path: Path, options: ReadOptions) -> _Opened:
-    """Return the hierarchy, the announced number of frames, time and rate, and the rows."""
     lines = numbered_lines(path)
     hierarchy = parse_hierarchy(path, lines)
     header = _motion_header(path, lines)
@@ -185,7 +179,7 @@ def _opened(path: Path, options: ReadOptions) -> _Opened:
         raise FileError(path, "the motion has 0 frames", header.line)
     is_plain = is_number(header.step) and rate_of_step(header.step) == fps
     step = header.step if is_plain else f"{1 / fps:.9g}"
-    return _Opened(hierarchy, header.frames, step, fps, rows, notes)
+    return OpenedBvh(hierarchy, header.frames, step, fps, rows, notes)
 
 
 def _splitter(width: int) -> Callable[[str], list[str]]:
@@ -252,7 +246,7 @@ def _scale(
     hierarchy: Hierarchy, rows: Rows, names: tuple[str, ...], tree: list[int], options: ReadOptions
 ) -> Scale:
     """Return the scale of a performer's joints."""
-    chunk = _motion_chunk(next(rows.blocks()), rows, hierarchy, 1.0, 1.0)
+    chunk = motion_chunk(next(rows.blocks()), rows, hierarchy, 1.0, 1.0)
     parents = tuple(joint.parent for joint in hierarchy.joints)
     rest = rest_positions(np.array([joint.offset for joint in hierarchy.joints]), parents)
     # People may begin curled up, and rest poses may be folded: the taller of the two is closer to the truth.
@@ -271,7 +265,8 @@ def _scale(
     return guessed_scale(options, tall, units)
 
 
-def _motion_chunk(block: Block, rows: Rows, hierarchy: Hierarchy, fps: float, metres: float) -> MotionChunk:
+def motion_chunk(block: Block, rows: Rows, hierarchy: Hierarchy, fps: float, metres: float) -> MotionChunk:
+    """Return rows as rotations and translations; `metres` are those of the file's unit."""
     values = numbers(block.cells, rows.path, block.lines)  # (n, channels)
     count = len(hierarchy.joints)
     rotations = np.empty((len(values), count, 3, 3))

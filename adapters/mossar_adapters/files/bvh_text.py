@@ -1,24 +1,28 @@
 """Recordings with rotations as BVH text, to be cut into parts.
 
-A BVH stays as it was written, hierarchy and numbers, so that it fits the rig it was made with. Other
-rotations get a hierarchy in centimetres, all joints turned about z, y and x.
+A BVH stays as it was written, hierarchy and numbers, so that it fits the rig it was made with. Where joints
+above the body are left out, the joint below them is the root and has their motion, too. Other rotations get a hierarchy
+in centimetres, all joints turned about z, y and x.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from pathlib import Path
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_adapters.files.bvh import motion_rows
-from mossar_adapters.files.kinematics import JointMotion
+from mossar_adapters.files.assembly import unique_names
+from mossar_adapters.files.bvh import OpenedBvh, motion_chunk, opened_bvh
+from mossar_adapters.files.bvh_hierarchy import BvhJoint
+from mossar_adapters.files.kinematics import JointMotion, world_transforms
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.registry import format_of, open_motion
 from mossar_adapters.files.text import numbered_lines
 
 _CM = 100.0  # in a metre
 _TURNS = "Zrotation Yrotation Xrotation"
+_ROOT_CHANNELS = f"6 Xposition Yposition Zposition {_TURNS}"
 _UPRIGHT = 1 - 1e-9  # sine of the second angle from which on the first and third turn about the same axis
 
 
@@ -41,8 +45,13 @@ class BvhText(msgspec.Struct, frozen=True):
         return "\n".join([*head, *rows, ""])
 
 
-def bvh_text(path: Path, options: ReadOptions) -> BvhText | None:
+def bvh_text(path: Path, options: ReadOptions, left_out: Collection[str] = ()) -> BvhText | None:
     """Return a recording as BVH; None if it has no rotations.
+
+    Args:
+        path: Where it lies.
+        options: How it is read.
+        left_out: Joints that are no part of the body. Those of a BVH from the topmost one down to the body are left out.
 
     Raises:
         FileError: If it cannot be read.
@@ -50,18 +59,82 @@ def bvh_text(path: Path, options: ReadOptions) -> BvhText | None:
     form = format_of(path)
     if not form.motion:
         return None
-    return _as_written(path, options) if form.name == "BVH" else _converted(open_motion(path, options))
+    if form.name != "BVH":
+        return _converted(open_motion(path, options))
+    opened = opened_bvh(path, options)
+    root = _below(opened.hierarchy.joints, left_out)
+    return _as_written(path, opened, options) if root == 0 else _from(opened, root, options)
 
 
-def _as_written(path: Path, options: ReadOptions) -> BvhText:
-    line, step, rows = motion_rows(path, options)
-    head = [text for number, text in numbered_lines(path) if number <= line]
+def _as_written(path: Path, opened: OpenedBvh, options: ReadOptions) -> BvhText:
+    head = [text for number, text in numbered_lines(path) if number <= opened.hierarchy.motion_line]
+
+    def lines() -> Iterator[str]:
+        for block in opened.rows.blocks():
+            yield from (" ".join(cells) for cells in block.cells)
+
+    return BvhText(tuple(head), _step(opened, options), lines)
+
+
+def _step(opened: OpenedBvh, options: ReadOptions) -> str:
+    return f"{1 / options.fps:.9g}" if options.fps else opened.step
+
+
+def _below(joints: list[BvhJoint], left_out: Collection[str]) -> int:
+    """Return the first joint on which all others hang that are not left out; 0 if there is none."""
+    names = unique_names([joint.name for joint in joints])
+    root = next((k for k, name in enumerate(names) if name not in left_out), 0)
+    chain = [joint.parent for joint in joints[: root + 1]] == list(range(-1, root))
+    return root if chain and all(joint.parent >= root for joint in joints[root + 1 :]) else 0
+
+
+def _from(opened: OpenedBvh, root: int, options: ReadOptions) -> BvhText:
+    """Return a BVH from one joint on; where it is and how it is turned is that in the world."""
+    joints, rows = opened.hierarchy.joints, opened.rows
+    parents = tuple(joint.parent for joint in joints)
+    below = sum(len(joint.channels) for joint in joints[root + 1 :])
+    children: list[list[int]] = [[] for _ in joints]
+    for joint, parent in enumerate(parents[root + 1 :], root + 1):
+        children[parent].append(joint)
 
     def lines() -> Iterator[str]:
         for block in rows.blocks():
-            yield from (" ".join(cells) for cells in block.cells)
+            turned, places = world_transforms(motion_chunk(block, rows, opened.hierarchy, 1.0, 1.0), parents)
+            own = np.concatenate([places[:, root], np.degrees(zyx_angles(turned[:, root]))], axis=1)
+            for values, cells in zip(own.tolist(), block.cells, strict=True):
+                yield " ".join([*(f"{value:.9g}" for value in values), *cells[len(cells) - below :]])
 
-    return BvhText(tuple(head), f"{1 / options.fps:.9g}" if options.fps else step, lines)
+    head = ["HIERARCHY", *_written_lines(joints, root, children, 0), "MOTION"]
+    return BvhText(tuple(head), _step(opened, options), lines)
+
+
+def _written_lines(joints: list[BvhJoint], joint: int, children: list[list[int]], depth: int) -> list[str]:
+    """Return the lines of a joint, a root at depth 0, and of all below it."""
+    own = joints[joint]
+    is_end = depth > 0 and not children[joint] and not own.channels
+    channels = [f"{name[0].upper()}{name[1:]}" for name in own.channels]
+    return _block_lines(
+        "End Site" if is_end else f"{'JOINT' if depth else 'ROOT'} {own.name}",
+        own.offset if depth else (0.0, 0.0, 0.0),
+        None if is_end else f"{len(channels)} {' '.join(channels)}" if depth else _ROOT_CHANNELS,
+        [line for child in children[joint] for line in _written_lines(joints, child, children, depth + 1)],
+        depth,
+    )
+
+
+def _block_lines(
+    heading: str, offset: Iterable[float], channels: str | None, below: list[str], depth: int
+) -> list[str]:
+    edge = "\t" * depth
+    inner = [f"OFFSET {' '.join(f'{value:.9g}' for value in offset)}"]
+    inner += [] if channels is None else [f"CHANNELS {channels}"]
+    return [
+        f"{edge}{heading}",
+        f"{edge}{{",
+        *(f"{edge}\t{line}" for line in inner),
+        *below,
+        f"{edge}}}",
+    ]
 
 
 def _converted(motion: JointMotion) -> BvhText:
@@ -98,19 +171,13 @@ def _with_those_below(joint: int, children: list[list[int]]) -> list[int]:
 def _joint_lines(motion: JointMotion, joint: int, children: list[list[int]], depth: int) -> list[str]:
     is_root = motion.parents[joint] < 0
     is_end = not is_root and not children[joint]
-    heading = f"{'ROOT' if is_root else 'JOINT'} {motion.names[joint]}"
-    channels = f"6 Xposition Yposition Zposition {_TURNS}" if is_root else f"3 {_TURNS}"
-    inner = [f"OFFSET {' '.join(f'{_CM * value:.9g}' for value in motion.offsets[joint])}"]
-    inner += [] if is_end else [f"CHANNELS {channels}"]
-    below = [line for child in children[joint] for line in _joint_lines(motion, child, children, depth + 1)]
-    edge = "\t" * depth
-    return [
-        f"{edge}{'End Site' if is_end else heading}",
-        f"{edge}{{",
-        *(f"{edge}\t{line}" for line in inner),
-        *below,
-        f"{edge}}}",
-    ]
+    return _block_lines(
+        "End Site" if is_end else f"{'ROOT' if is_root else 'JOINT'} {motion.names[joint]}",
+        _CM * motion.offsets[joint],
+        None if is_end else _ROOT_CHANNELS if is_root else f"3 {_TURNS}",
+        [line for child in children[joint] for line in _joint_lines(motion, child, children, depth + 1)],
+        depth,
+    )
 
 
 def zyx_angles(rotations: NDArray[np.float64]) -> NDArray[np.float64]:

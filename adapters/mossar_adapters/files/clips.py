@@ -126,7 +126,7 @@ def _writer(
             return ".trc", lambda target, clip: target.write_text(
                 trc_part(head, rows[before + clip.start : before + clip.end]), encoding="utf-8"
             )
-    text = bvh_text(path, options) if path.exists() else None
+    text = bvh_text(path, options, whole.reference) if path.exists() else None
     if text is None:
         return ".npz", lambda target, clip: _write_npz(target, whole, slice(clip.start, clip.end))
     lines = list(text.rows())

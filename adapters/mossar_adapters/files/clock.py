@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 _SPAN = re.compile(r"(?:(\d{1,6})\s*days?\s*,?\s*)?(\d{1,4}):(\d{1,2}):(\d{1,2}(?:[.,]\d*)?)")
 LONGEST = 64  # characters
+# Dates in ticks of 100 ns, from about 1980 to 2100: since the year 1 (.NET) and since 1601 (Windows).
+_TICKS = ((6.24e17, 6.63e17), (1.19e17, 1.58e17))
 _USUAL_STEPS = ((1.0, 1e-4, 2.0), (1e-3, 2.0, 1500.0), (1e-6, 1500.0, 1.5e6), (1e-9, 1.5e6, 1.5e10))
 
 
@@ -39,10 +41,19 @@ def seconds(cell: str) -> float:
 def unit_of_steps(times: Sequence[float] | NDArray[np.float64]) -> tuple[float, str]:
     """Return the unit of plain time stamps, judged by their steps: frames come 1 to 10000 times a second.
 
+    Dates in ticks of 100 ns are known by their size.
+
     Returns:
         Seconds per unit, and its name.
+
+    Example:
+        >>> unit_of_steps([0, 33, 67]), unit_of_steps([638_500_000_000_000_000, 638_500_000_000_333_333])
+        ((0.001, 'ms'), (1e-07, '100 ns'))
     """
-    steps = np.diff(np.asarray(times, dtype=np.float64))
+    given = np.asarray(times, dtype=np.float64)
+    if len(given) and any(low < float(np.median(given)) < high for low, high in _TICKS):
+        return 1e-7, "100 ns"
+    steps = np.diff(given)
     steps = steps[np.isfinite(steps) & (steps > 0)]
     step = float(np.median(steps)) if len(steps) else 0.0
     for (unit, low, high), name in zip(_USUAL_STEPS, ("s", "ms", "µs", "ns"), strict=True):

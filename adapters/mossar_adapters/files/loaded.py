@@ -36,6 +36,7 @@ class LoadedRecording(msgspec.Struct, frozen=True):
         up: The axis that the file says points upwards.
         outside: Of a part of a recording, how many frames come before it, and after it.
         origin: When the recording begins, s; None if that is the first frame here.
+        reference: Joints that are no part of the body and were left out.
     """
 
     name: str
@@ -48,6 +49,7 @@ class LoadedRecording(msgspec.Struct, frozen=True):
     up: Up = "auto"
     outside: tuple[int, int] = (0, 0)
     origin: float | None = None
+    reference: tuple[str, ...] = ()
 
     @property
     def begin(self) -> float:
@@ -164,7 +166,7 @@ def load(recording: Recording, on_progress: OnProgress = lambda _: None) -> Load
     Raises:
         FileError: If it is too large to be held in memory, or cannot be read to its end.
     """
-    recording = body_recording(recording)
+    recording, reference = body_recording(recording), recording.reference
     count = recording.frame_count or 0
     _check_size(recording, count)
     performer = recording.performers[0]
@@ -186,6 +188,7 @@ def load(recording: Recording, on_progress: OnProgress = lambda _: None) -> Load
         np.concatenate(times),
         performer=performer,
         up=recording.up,
+        reference=reference,
     )
 
 

@@ -21,9 +21,9 @@ from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions, plausible_rate
 from mossar_adapters.files.pose_frames import PLAIN_TIMES, Pose, PoseError, by_image, frame_list, poses_of
 from mossar_adapters.files.pose_lines import PoseLines, has_frame_per_line
-from mossar_adapters.files.rates import USUAL_FPS, assumed_rate, rate_of_times
+from mossar_adapters.files.rates import USUAL_FPS, assumed_rate, nearly_usual, rate_of_times
 from mossar_adapters.files.rows import CHUNK
-from mossar_adapters.files.running_times import counted_rate, note_of
+from mossar_adapters.files.running_times import Counting, counting_of
 from mossar_adapters.files.text import HEAD_SIZE, encoding_of
 from mossar_adapters.files.units import fitted_scale, stated_scale
 from mossar_adapters.joint_sets import with_known_parents
@@ -125,26 +125,28 @@ def _clock(
     stated = options.fps or found.fps
     times = np.array([np.nan if t is None else t for t in found.times])
     whole = count > 1 and bool(np.isfinite(times).all())
-    if options.fps is None and whole and (np.diff(times) > 0).all():
-        unit, name = unit_of_steps(times) if found.plain else (1.0, "s")
+    unit, name = unit_of_steps(times) if whole and found.plain else (1.0, "s")
+    times = times * unit
+    counted = _counting(found, times) if whole and options.fps is None and found.fps is None else None
+    if options.fps is None and whole and counted is None and (np.diff(times) > 0).all():
         notes = () if name == "s" else (f"times taken as {name}",)
-        return times * unit, found.fps or rate_of_times(times * unit), notes
+        return times, found.fps or rate_of_times(times), notes
     if stated is not None and plausible_rate(stated):
         return np.arange(count) / stated, stated, ()
-    if whole and (rate := _counted_rate(found, times)) is not None:
-        return times[0] + np.arange(count) / rate, rate, (note_of(rate),)
-    note = assumed_rate(_why_no_times(times))
-    return np.arange(count) / USUAL_FPS, USUAL_FPS, (note,)
+    if counted is not None:
+        return times[0] + np.arange(count) / counted.rate, counted.rate, (counted.note,)
+    rate = nearly_usual((rate_of_times(times) if whole else None) or USUAL_FPS)
+    return np.arange(count) / rate, rate, (assumed_rate(_why_no_times(times), rate),)
 
 
-def _counted_rate(found: PoseFile, times: np.ndarray[Any, Any]) -> float | None:
-    """Return the rate at which to count frames whose times stand still or step coarsely, Hz; else None."""
+def _counting(found: PoseFile, times: np.ndarray[Any, Any]) -> Counting | None:
+    """Return how to count frames whose times do not run as frames do; None if they do."""
     first = min(found.poses)
     nothing = np.full((1, 3), np.nan)
     poses = [
         found.poses[first][i].positions if i in found.poses[first] else nothing for i in range(len(times))
     ]
-    return counted_rate(times, poses, None)
+    return counting_of(times, poses, None)
 
 
 def _why_no_times(times: np.ndarray[Any, Any]) -> str:

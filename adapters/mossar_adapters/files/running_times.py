@@ -2,12 +2,13 @@
 
 A clock that stands still or steps coarsely gives many frames the same time, and all but one of them would be dropped. A
 file has no arrivals to use instead. The steps of a coarse clock give the rate; without two of them it is the rate that the
-file states, else the usual one.
+file states, else the usual one. So it is where a second or more, or next to nothing, passes from frame to frame: those are
+frame numbers, or another clock than that of frames.
 """
 
 import logging
 from collections.abc import Iterator, Sequence
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
@@ -23,6 +24,11 @@ from mossar_stream import Frames
 _STANDING: Final = 4  # frames with the time of the one before and another pose; fewer are written twice
 _OFTEN: Final = 8  # and more than one in so many
 _RATES: Final = (5.0, 1000.0)  # Hz of frames; other numbers are rates of the clock
+_STEPS: Final = (
+    1 / 2000,
+    1.0,
+)  # s from frame to frame; no recording of a body has longer or much shorter ones
+_ENOUGH: Final = 16  # steps, to say so
 _JUDGED: Final = 256  # frames that are looked at when a file is opened,
 _LOOKED_AT: Final = 16 * _JUDGED  # among as many of other performers
 
@@ -52,43 +58,70 @@ def with_running_times(recording: Recording, options: ReadOptions, *, plain: boo
     unit, name = _unit(times) if plain else (1.0, "s")
     times = times * unit
     notes = () if name == "s" else (f"times taken as {name}",)
-    rate = counted_rate(times, positions, recording.fps)
+    counted = counting_of(times, positions, recording.fps)
     fps = recording.fps if name == "s" else rate_of_times(times)
-    if rate is not None:
-        fps, notes = rate, (*notes, note_of(rate))
+    if counted is not None:
+        fps, notes = counted.rate, (*notes, counted.note)
 
     def chunks() -> Iterator[Frames]:
         lines: dict[str, _Line] = {}
         for frames in recording.chunks():
-            line = lines.setdefault(frames.performer, _Line(rate=rate))
+            line = lines.setdefault(frames.performer, _Line(rate=counted and counted.rate))
             yield _timed(recording.path, frames, line, unit)
 
     return msgspec.structs.replace(recording, fps=fps, chunks=chunks, notes=(*recording.notes, *notes))
 
 
-def counted_rate(
+class Counting(NamedTuple):
+    """That frames are counted instead of being timed.
+
+    Args:
+        rate: At which, Hz.
+        why: What is wrong with their times.
+    """
+
+    rate: float
+    why: str
+
+    @property
+    def note(self) -> str:
+        """The note about it."""
+        return assumed_rate(self.why, self.rate)
+
+
+def counting_of(
     times: NDArray[np.float64], positions: Sequence[NDArray[Any]] | NDArray[Any], stated: float | None
-) -> float | None:
-    """Return the rate at which to count frames, Hz, because their times stand still or step coarsely; else None.
+) -> Counting | None:
+    """Return how to count frames whose times do not run as frames do; None if they do.
 
     Args:
         times: (n,) s.
         positions: (n, J, 3), or n of any shape.
         stated: Rate that the file states, Hz.
     """
+    rate = stated if stated is not None and _RATES[0] <= stated <= _RATES[1] else USUAL_FPS
     if not _stands(times, positions):
-        return None
+        why = _why_absurd(times)
+        return None if why is None else Counting(rate, why)
     ticks = np.flatnonzero(np.diff(times) > 0) + 1
     if len(ticks) > 1:
-        rate = float((ticks[-1] - ticks[0]) / (times[ticks[-1]] - times[ticks[0]]))
-        if _RATES[0] <= rate <= _RATES[1]:
-            return nearly_usual(rate)
-    return stated if stated is not None and _RATES[0] <= stated <= _RATES[1] else USUAL_FPS
+        measured = float((ticks[-1] - ticks[0]) / (times[ticks[-1]] - times[ticks[0]]))
+        if _RATES[0] <= measured <= _RATES[1]:
+            rate = nearly_usual(measured)
+    return Counting(rate, "its times stand still or step coarsely")
 
 
-def note_of(rate: float) -> str:
-    """Return the note about frames that are counted."""
-    return assumed_rate("its times stand still or step coarsely", rate)
+def _why_absurd(times: NDArray[np.float64]) -> str | None:
+    """Return what the times are if no frames have such, else None."""
+    steps = np.diff(times)
+    steps = steps[np.isfinite(steps)]
+    if len(steps) < _ENOUGH:
+        return None
+    step = float(np.median(steps))
+    if _STEPS[0] <= step < _STEPS[1] or step <= 0:
+        return None
+    counts = bool((times == np.floor(times)).all()) and step == 1
+    return "its times are frame numbers" if counts else f"its times step by {step:.3g} s"
 
 
 def _beginning(recording: Recording) -> tuple[NDArray[np.float64], NDArray[Any]]:
@@ -131,8 +164,10 @@ def _timed(path: str, frames: Frames, line: _Line, unit: float) -> Frames:
     times = frames.times if unit == 1.0 else frames.times * unit
     if line.rate is None and _stands(times, frames.positions):
         so_far = (line.count - 1) / (line.last - line.first) if line.last > line.first else None
-        line.rate = counted_rate(times, frames.positions, so_far)
-        _log.warning("%s: %s: %s", path, frames.performer, note_of(line.rate or USUAL_FPS))
+        counted = counting_of(times, frames.positions, so_far)
+        if counted is not None:
+            line.rate = counted.rate
+            _log.warning("%s: %s: %s", path, frames.performer, counted.note)
     if line.rate is not None:
         begin = float(times[0]) if not line.count else line.last + 1 / line.rate
         times = begin + np.arange(len(times)) / line.rate

@@ -2,13 +2,14 @@
 
 Four steps, each in one place:
 
-1. admission: is this sender read at all (`receiving.admission`);
+1. admission: is this sender read at all (`receiving.admission`), and which one is it (`receiving.attribution`);
 2. decoding: bytes to messages (`osc.messages`), each handed to the profile that it fits (`osc.profiles`);
 3. assembly: messages of one joint each to poses, where the protocol needs it (`osc.assembly`);
 4. batching: poses to announced, timed chunks of frames (`receiving.batch`).
 """
 
 import math
+from collections.abc import Iterable
 
 from mossar_adapters.address import Address
 from mossar_adapters.files.options import ReadOptions
@@ -19,6 +20,7 @@ from mossar_adapters.osc.messages import messages
 from mossar_adapters.osc.profiles.profile import Context, Items, Message
 from mossar_adapters.osc.profiles.routes import NAMES, OPTIONS, Routes
 from mossar_adapters.receiving.admission import Admission
+from mossar_adapters.receiving.attribution import Attribution
 from mossar_adapters.receiving.batch import Batch
 from mossar_adapters.receiving.senders import Senders
 from mossar_adapters.source import Departure, Meta
@@ -59,18 +61,19 @@ class OscDecoder:
         self.counters = Counters()
         self.admission = Admission(address, self.counters)
         self._listener = listener
-        self._senders = Senders(address.options.get("performer"))
+        senders = Senders(address.options.get("performer"))
+        self._attribution: Attribution[Datagram] = Attribution(senders)
         self.hints = Hints()
         self._batch = Batch(options.fps, self.counters)
         self._profile = address.choice("profile", NAMES, "auto")
-        context = Context(address, options, self._senders, self.counters)
+        context = Context(address, options, senders, self.counters)
         self._routes = Routes(self._profile, context)
         self._others = Routes("auto", context)  # asked only to explain silence
 
     @property
     def pending(self) -> bool:
         """Whether a frame is open or held back, so that `idle` should be called soon."""
-        return self._routes.pending() or self._batch.pending
+        return self._attribution.pending or self._routes.pending() or self._batch.pending
 
     def receive(self, *datagrams: Datagram) -> list[Meta | Frames | Departure]:
         """Return the poses that these datagrams complete; frames of one performer that came together make one chunk.
@@ -79,7 +82,7 @@ class OscDecoder:
         """
         for datagram in datagrams:
             if self.admission.admits(datagram.host, datagram.port):
-                self._decode(datagram)
+                self._decode_all(self._attribution.put(datagram))
         return self._batch.take()
 
     def idle(self, now: float) -> list[Meta | Frames | Departure]:
@@ -88,11 +91,13 @@ class OscDecoder:
         Args:
             now: s, on the clock of the datagrams' arrivals.
         """
+        self._decode_all(self._attribution.settle(now))
         self._collect(self._routes.idle(now))
         return self._batch.take(now)
 
     def end(self) -> list[Meta | Frames | Departure]:
         """Return the frames that are held back: there are no more to come."""
+        self._decode_all(self._attribution.settle(math.inf))
         return self._batch.take(math.inf)
 
     def came(self, performer: str) -> float | None:
@@ -118,12 +123,15 @@ class OscDecoder:
                 return fitting.name
         return None
 
-    def _decode(self, datagram: Datagram) -> None:
+    def _decode_all(self, found: Iterable[tuple[Datagram, str]]) -> None:
+        for datagram, sender in found:
+            self._decode(datagram, sender)
+
+    def _decode(self, datagram: Datagram, sender: str) -> None:
         malformed, used = self.counters.malformed, False
-        suffix = self._senders.suffix(datagram.host, datagram.port, datagram.arrival)
         try:
             for address, arguments in messages(datagram.data):
-                used |= self._use(Message(address, arguments, suffix, datagram.arrival))
+                used |= self._use(Message(address, arguments, sender, datagram.arrival))
         except FrameError as error:
             self.counters.reject(str(error))
         if used or self.counters.malformed > malformed:

@@ -2,8 +2,8 @@
 
 import math
 from collections import Counter, deque
-from collections.abc import Sequence
-from itertools import groupby
+from collections.abc import Collection, Sequence
+from itertools import groupby, pairwise
 from typing import Any, Final
 from urllib.parse import quote
 
@@ -17,6 +17,7 @@ _ARGUMENTS: Final = 16  # of a message that are looked at
 _FEWEST: Final = 3  # joints, and numbers of one
 _FLAT: Final = 9  # numbers that may be a whole pose
 _MOST_PEOPLE: Final = 16
+_UNIT: Final = 1e-3  # by which the square of a quaternion may differ from 1
 _SEPARATORS: Final = "_-.: "
 _SAFE: Final = "/{}_-.:,*"
 
@@ -114,39 +115,81 @@ def _letters(alike: Sequence[_Seen], *, named: bool) -> str | None:
     """
     columns = list(zip(*(seen.arguments for seen in alike), strict=True))
     letters = ["_"] * len(columns)
-    place = _place(columns)
+    turns = _turns(columns)
+    place = _place(columns, turns)
     if place is None or (alike[0].count >= _FLAT and all(_letter(column[0]) == "n" for column in columns)):
         return None
     letters[place : place + 3] = "xyz"
     if named:
-        texts = [i for i, column in enumerate(columns) if isinstance(column[0], str)]
-        joint = max(texts, key=lambda i: len(set(columns[i])), default=None)
-        if joint is None or len(set(columns[joint])) < _FEWEST:
+        joint = _joint(columns)
+        if joint is None:
             return None
         letters[joint] = "j"
     person = [i for i in range(place) if letters[i] == "_" and _is_person(columns[i])]
     if person:
         letters[person[-1]] = "p"
     after = place + 3
-    if after < len(columns) and _is_share(columns[after]):
+    if after < len(columns) and after not in turns and _is_share(columns[after]):
         letters[after] = "c"
     return "".join(letters).rstrip("_")
 
 
-def _place(columns: Sequence[Sequence[Any]]) -> int | None:
-    """Return where three coordinates stand: floats if there are three in a row, else other numbers."""
+def _place(columns: Sequence[Sequence[Any]], turns: Collection[int]) -> int | None:
+    """Return where three coordinates stand: floats if there are three in a row, else other numbers.
+
+    Args:
+        columns: Arguments of messages of one kind.
+        turns: Those that are quaternions.
+    """
+    clocks = {i for i, column in enumerate(columns) if _is_clock(column)}
     for letters in ("n", "ni"):
-        for i in range(len(columns) - 2):
-            if all(_letter(columns[k][0]) in letters for k in (i, i + 1, i + 2)):
-                return i
+        for others in ({*turns, *clocks}, turns, ()):
+            for i in range(len(columns) - 2):
+                if all(_letter(columns[k][0]) in letters and k not in others for k in (i, i + 1, i + 2)):
+                    return i
     return None
+
+
+def _turns(columns: Sequence[Sequence[Any]]) -> set[int]:
+    """Return the columns that are quaternions: four numbers whose squares add up to one in every message."""
+    found: set[int] = set()
+    for i in range(len(columns) - 3):
+        four = columns[i : i + 4]
+        if all(_letter(column[0]) in "ni" for column in four) and all(
+            abs(sum(value * value for value in row) - 1) < _UNIT for row in zip(*four, strict=True)
+        ):
+            found |= set(range(i, i + 4))
+    return found
+
+
+def _joint(columns: Sequence[Sequence[Any]]) -> int | None:
+    """Return where the name of a joint stands: a text, or else a whole number of many that come again."""
+    texts = [i for i, column in enumerate(columns) if isinstance(column[0], str)]
+    joint = max(texts, key=lambda i: len(set(columns[i])), default=None)
+    if joint is not None:
+        return joint if len(set(columns[joint])) >= _FEWEST else None
+    numbers = [i for i, column in enumerate(columns) if _letter(column[0]) == "i" and _comes_again(column)]
+    joint = max(numbers, key=lambda i: len(set(columns[i])), default=None)
+    return joint if joint is not None and len(set(columns[joint])) >= _FEWEST else None
+
+
+def _comes_again(column: Sequence[Any]) -> bool:
+    """Return whether the values of a column come again in turns, unlike those of a counter."""
+    return sum(1 for _ in groupby(column)) > len(set(column))
+
+
+def _is_clock(column: Sequence[Any]) -> bool:
+    """Return whether a column may be a time: a number that several messages share, and that never falls."""
+    values = [value for value in column if isinstance(value, int | float)]
+    rises = all(one <= other for one, other in pairwise(values))
+    return len(values) == len(column) and rises and 1 < len(set(values)) <= len(values) / 2
 
 
 def _is_person(column: Sequence[Any]) -> bool:
     """Return whether a column may say whose a joint is: few whole numbers or words, which come again, unlike counters."""
-    values, runs = set(column), sum(1 for _ in groupby(column))
+    values = set(column)
     whole = all(isinstance(value, int | str) for value in column)
-    return whole and len(values) <= _MOST_PEOPLE and (len(values) == 1 or runs > len(values))
+    return whole and len(values) <= _MOST_PEOPLE and (len(values) == 1 or _comes_again(column))
 
 
 def _is_share(column: Sequence[Any]) -> bool:

@@ -58,6 +58,8 @@ class Likeness:
         places = _Places(bodies)
         found = np.array([places.against(one) for one in newcomers])
         for row, one, owner in zip(found, newcomers, owners, strict=True):
+            if owner is not None and one.first - owner.time <= PAUSE:
+                row[places.farther(one, owner)] = np.inf  # it leaps to where another was, if it is another
             if owner is not None and one.first - owner.time <= LOST:
                 row[owner.number] = min(row[owner.number], self.against_stranger())
         for skeleton in {one.skeleton for one in newcomers}:
@@ -121,9 +123,8 @@ class _Places:
     def against(self, newcomer: Newcomer) -> NDArray[np.float64]:
         """Return what the place says against a newcomer being each body, (m,); infinite if nobody gets there so soon."""
         gaps = np.maximum(newcomer.first - self._times, 0.0)
-        moved = self._velocities * np.minimum(gaps, _AHEAD)[:, None]
-        away = centre(newcomer.seen) - (self._middles + moved)
-        distances = np.sqrt(np.einsum("mk,mk->m", away, away))
+        moved = self._moved(gaps)
+        distances = self._distances(newcomer, moved)
         for k in np.flatnonzero(gaps <= PAUSE).tolist():
             if len(self._bodies[k].pose) == len(newcomer.seen):
                 distances[k] = _apart(newcomer.seen, self._bodies[k].pose + moved[k])
@@ -132,6 +133,24 @@ class _Places:
         found = distances * distances / (2 * wide * wide) + _spread(lately)
         found[~(distances <= _REACH + _STRIDE * gaps)] = np.inf
         return np.asarray(np.where(gaps > LOST, _spread(LOST) + 0.5, found))
+
+    def farther(self, newcomer: Newcomer, owner: Body) -> NDArray[np.bool_]:
+        """Return which bodies are expected farther from a newcomer than the one that has its id, (m,).
+
+        Somebody who was lost long ago may be anywhere, but not in the place of another.
+        """
+        gaps = np.maximum(newcomer.first - self._times, 0.0)
+        distances = np.where(gaps > LOST, _REACH, self._distances(newcomer, self._moved(gaps)))
+        return np.asarray(distances > distances[self._bodies.index(owner)])
+
+    def _moved(self, gaps: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far bodies went that were not seen for so long (s), (m, 3) metres."""
+        return self._velocities * np.minimum(gaps, _AHEAD)[:, None]
+
+    def _distances(self, newcomer: Newcomer, moved: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far the middle of a newcomer is from those of bodies that went so far, (m,) metres."""
+        away = centre(newcomer.seen) - (self._middles + moved)
+        return np.asarray(np.sqrt(np.einsum("mk,mk->m", away, away)))
 
 
 def _apart(pose: NDArray[Any], there: NDArray[Any]) -> float:

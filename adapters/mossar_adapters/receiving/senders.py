@@ -3,9 +3,11 @@
 Protocols without performer ids have one performer per sender: `p1`, `p2` and so on, in the order in which they are
 heard. With ids, the first sender's performers have plain names, those of others carry the sender's address. A sender
 that restarts, or that opens a socket for every message, shows up with a new port and keeps its name. Two programs on
-one computer are distinguished at once if the first has kept its port and has not paused. Otherwise they are
-distinguished as soon as it is heard again after the second.
+one computer are distinguished at once if the first has kept its port and has not paused. Otherwise the second port
+waits: the first one is heard again if there are two programs, and is silent, or followed by more ports, if there is one.
 """
+
+from typing import Final
 
 from mossar_adapters.newest import Newest
 from mossar_adapters.receiving.names import distinct_name
@@ -14,7 +16,9 @@ MAX_SENDERS = 64
 _MAX_NAMES = 4096
 _REMEMBERED = 16  # earlier ports of a host
 _STEADY = 32  # datagrams of one port: it is not changed for each
+_HOPS = 8  # new ports in a row: there is one for each message
 _PAUSE = 0.5  # s; no program ends and starts again as quickly
+WAIT: Final = 0.15  # s, several frames; a first port that is silent for so long has a successor
 
 
 class Senders:
@@ -32,25 +36,34 @@ class Senders:
         self._suffix = ""  # theirs
         self._first: str | None = None  # host whose performers have plain names
 
-    def suffix(self, host: str, port: int, now: float) -> str:
+    def suffix(self, host: str, port: int, now: float, until: float | None = None) -> str | None:
         """Return what distinguishes this sender's performers from those of others; empty for the first sender.
+
+        None: a new port, of which the next datagrams of the host show whether it is another program's.
 
         Args:
             host: Of the sender.
             port: The same.
             now: When its datagram came, s.
+            until: A later time until which nothing else came from the host, s.
         """
         if self._latest != (host, port):
-            self._latest, self._suffix = (host, port), self._find(host, port, now)
+            suffix = self._find(host, port, now, until or now)
+            if suffix is None:
+                self._latest = None
+                return None
+            self._latest, self._suffix = (host, port), suffix
         self._hosts[host].heard(port, now)
         return self._suffix
 
-    def _find(self, host: str, port: int, now: float) -> str:
+    def _find(self, host: str, port: int, now: float, until: float) -> str | None:
         known = self._hosts.get(host)
         if known is None:
             known = self._hosts[host] = _Host(port)
             self._first = self._first or host
-        separate = known.separate(port, now)
+        separate = known.separate(port, now, until)
+        if separate is None:
+            return None
         if host == self._first:
             return f"{host}:{port}" if separate else ""
         return f"{host}:{port}" if separate else host
@@ -95,6 +108,8 @@ class _Host:
         self._main = port  # the one with the plain name
         self._former: Newest[int, None] = Newest(_REMEMBERED)
         self._others: set[int] = set()
+        self._unclear: list[int] = []  # new ports since the main one was heard
+        self._hops = False  # whether there is a new port for each message
         self._count = 0  # datagrams of the main port
         self._heard = float("-inf")  # s, when the latest of them came
 
@@ -104,9 +119,18 @@ class _Host:
             self._count += 1
             self._heard = now
 
-    def separate(self, port: int, now: float) -> bool:
-        """Return whether the port belongs to another program than the one with the plain name."""
+    def separate(self, port: int, now: float, until: float) -> bool | None:
+        """Return whether the port belongs to another program than the one with the plain name; None if it is unclear.
+
+        Args:
+            port: Of a datagram.
+            now: When it came, s.
+            until: When nothing else had come, s.
+        """
         if port == self._main:
+            for other in self._unclear:
+                self._add(other)
+            self._unclear.clear()
             return False
         if port in self._others:
             return True
@@ -115,11 +139,18 @@ class _Host:
             return True
         if port in self._former:  # two programs take turns: the older one keeps the name
             self._add(self._main)
-            self._main, self._count = port, 0
             del self._former[port]
-            return False
-        self._former[self._main] = None
+        elif until - self._heard < WAIT and not self._hops:
+            if port not in self._unclear:
+                self._unclear.append(port)
+            if len(self._unclear) < _HOPS:
+                return None
+            self._hops = True
+            self._former[self._main] = None
+        else:
+            self._former[self._main] = None
         self._main, self._count = port, 0
+        self._unclear.clear()
         return False
 
     def _add(self, port: int) -> None:

@@ -44,6 +44,67 @@ def test_clips_of_a_bvh_are_the_file_as_it_was_written(sample, tmp_path):
     assert found == [" ".join(line.split()) for line in lines[begin : begin + 30]]
 
 
+ABOVE = """HIERARCHY
+ROOT World
+{
+\tOFFSET 0 0 0
+\tCHANNELS 3 Zrotation Xrotation Yrotation
+\tJOINT Armature
+\t{
+\t\tOFFSET 0 0 5
+\t\tCHANNELS 6 Xposition Yposition Zposition Yrotation Xrotation Zrotation
+"""
+BODY = {  # of each joint: its parent, and where it hangs, cm
+    "Hips": ("", "0 90 0"),
+    "Spine": ("Hips", "0 30 0"),
+    "Head": ("Spine", "0 40 0"),
+    "LeftArm": ("Spine", "20 20 0"),
+    "RightArm": ("Spine", "-20 20 0"),
+    "LeftLeg": ("Hips", "10 -45 0"),
+    "LeftFoot": ("LeftLeg", "0 -45 0"),
+    "RightLeg": ("Hips", "-10 -45 0"),
+    "RightFoot": ("RightLeg", "0 -45 0"),
+}
+
+
+def below(joint):
+    _, offset = BODY[joint]
+    places = "6 Xposition Yposition Zposition Xrotation" if joint == "Hips" else "3 Xrotation"
+    own = [f"JOINT {joint}", "{", f"OFFSET {offset}", f"CHANNELS {places} Yrotation Zrotation"]
+    parts = [name for name, (parent, _) in BODY.items() if parent == joint]
+    inner = [line for part in parts for line in below(part)] or ["End Site", "{", "OFFSET 0 9 0", "}"]
+    return [*own, *inner, "}"]
+
+
+def a_body_below_others(path):
+    """Write a BVH of somebody who walks, with two joints above the hips at the origin, of which the lower one is turned."""
+    turns = np.random.default_rng(1).uniform(-40, 40, (30, 3 * len(BODY)))
+    rows = [
+        " ".join(map(str, [0, 0, 90, 0, 0, 0, 10, 0, 0, 300 + 5 * k, 90, 20, *turns[k]])) for k in range(30)
+    ]
+    motion = ["MOTION", "Frames: 30", "Frame Time: 0.0333333", *rows, ""]
+    path.write_text(ABOVE + "\n".join([*below("Hips"), "}", "}", *motion]))
+    return path
+
+
+def test_clips_of_a_bvh_begin_with_the_body(tmp_path):
+    path = a_body_below_others(tmp_path / "take.bvh")
+    whole = read(path, **CM)
+    assert whole.reference == ("World", "Armature")
+    clips = cut(path, tmp_path / "clips", [(0, 9), (9, 29)], **CM)
+    found = [read(clip, **CM) for clip in clips]
+    assert all(clip.skeleton == whole.skeleton and not clip.reference for clip in found)
+    np.testing.assert_allclose(np.concatenate([clip.positions for clip in found]), whole.positions, atol=1e-5)
+    assert all("World" not in clip.read_text() for clip in clips)
+    assert all(clip.read_text().count("ROOT Hips") == 1 for clip in clips)
+
+
+def test_clips_keep_what_root_asks_for(tmp_path):
+    path = a_body_below_others(tmp_path / "take.bvh")
+    clips = cut(path, tmp_path / "clips", [(0, 29)], root="World", **CM)
+    assert clips[0].read_text().startswith(ABOVE)
+
+
 def test_clips_of_a_bvh_are_opened_by_another_library(sample, tmp_path):
     bvhio = pytest.importorskip("bvhio")
     path = sample("bvh")

@@ -96,6 +96,40 @@ def test_times_in_another_unit_are_read_in_it(tmp_path, form, per_second, name, 
     assert recording.fps == pytest.approx(60.0, rel=0.01)
 
 
+@pytest.mark.parametrize("form", ["csv", "maps", "npz", "poses"])
+@pytest.mark.parametrize(
+    ("clock", "why"),
+    [
+        (lambda k: k, "its times are frame numbers"),
+        (lambda k: 1000 + k, "its times are frame numbers"),
+        (lambda k: 45000 + k / 60 / 86400, "its times step by 1.93e-07 s"),  # days, as in spreadsheets
+        (lambda k: k / 60 / 60, "its times step by 0.000278 s"),  # minutes
+    ],
+)
+def test_frames_are_counted_where_no_frames_have_such_times(tmp_path, form, clock, why):
+    path = written(tmp_path, form, [clock(k) for k in range(COUNT)], moving())
+    recording = open_recording(path)
+    assert np.diff(read(path).times) == pytest.approx(1 / 30, abs=1e-6)
+    assert recording.fps == 30.0
+    assert [note for note in recording.notes if why in note and "set --fps" in note]
+    assert np.diff(read(path, fps=50.0).times) == pytest.approx(1 / 50)
+
+
+@pytest.mark.parametrize("form", ["csv", "maps", "npz", "poses"])
+@pytest.mark.parametrize("since", [621_355_968_000_000_000, 116_444_736_000_000_000])  # the year 1, and 1601
+def test_dates_in_ticks_of_100_ns_are_read(tmp_path, form, since):
+    ticks = [since + round((1.7e9 + k / 60) * 1e7) for k in range(COUNT)]
+    path = written(tmp_path, form, ticks, moving())
+    assert np.diff(read(path).times) == pytest.approx(1 / 60, abs=2e-5)
+    assert "times taken as 100 ns" in open_recording(path).notes
+
+
+def test_poses_whose_clock_was_set_back_are_counted_at_the_rate_of_its_steps(tmp_path):
+    path = written(tmp_path, "poses", [k % 200 / 60 for k in range(COUNT)], moving())
+    assert np.diff(read(path).times) == pytest.approx(1 / 60)
+    assert any("do not increase" in note and "60 Hz" in note for note in open_recording(path).notes)
+
+
 @pytest.mark.parametrize("form", ["csv", "maps", "npz"])
 def test_a_clock_that_stops_later_is_noticed(tmp_path, form, caplog):
     path = written(tmp_path, form, [min(k / 60, 300 / 60) for k in range(COUNT)], moving())

@@ -61,6 +61,29 @@ FORMS = {  # messages of frame k, and the options that read them
         lambda k: [(f"/t/{joint}", "ifff", k, *place(i, k)) for i, joint in enumerate(JOINTS)],
         "pattern=/t/{joint}&args=_xyz",
     ),
+    "orientation_behind": (
+        lambda k: [
+            (f"/t/{joint}", "fffffff", *place(i, k), 0.0, 0.0, 0.0, 1.0) for i, joint in enumerate(JOINTS)
+        ],
+        "pattern=/t/{joint}&args=xyz",
+    ),
+    "orientation_first": (
+        lambda k: [
+            ("/t", "sfffffff", joint, 0.0, 0.6, 0.0, 0.8, *place(i, k)) for i, joint in enumerate(JOINTS)
+        ],
+        "pattern=/t&args=j____xyz",
+    ),
+    "time_first": (
+        lambda k: [
+            (f"/t/{joint}", "dfff", 5 + k / 30, *place(i, k)[:2], 0.1 * i - 0.01 * k)
+            for i, joint in enumerate(JOINTS)
+        ],
+        "pattern=/t/{joint}&args=_xyz",
+    ),
+    "numbered_joints": (
+        lambda k: [("/t", "iifff", 1, i, *place(i, k)) for i in range(len(JOINTS))],
+        "pattern=/t&args=pjxyz",
+    ),
     "flat": (
         lambda k: [("/all", "f" * 15, *(v for i in range(5) for v in place(i, k)))],
         "profile=flat&stride=3",

@@ -72,6 +72,24 @@ def test_several_users_have_numbers():
     assert [len(poses(items, name)) for name in ("p1", "p2")] == [10, 10]
 
 
+@pytest.mark.parametrize("form", ["{}", "/skeleton_{}"])
+@pytest.mark.parametrize("suffixes", [("", "_1"), ("", "_2"), ("", "_1", "_2"), ("_1", "_2", "_3")])
+def test_the_first_of_several_users_may_have_no_number(form, suffixes):
+    frames = [
+        [
+            encode(form.format(name + suffix), "fff", x + user, y, z)
+            for user, suffix in enumerate(suffixes)
+            for name, (x, y, z) in shifted(k).items()
+        ]
+        for k in range(10)
+    ]
+    items, _ = heard(frames)
+    assert {item.performer for item in items} == {f"p{user + 1}" for user in range(len(suffixes))}
+    for user in range(len(suffixes)):
+        assert poses(items, f"p{user + 1}").shape == (10, len(BODY), 3)
+        assert poses(items, f"p{user + 1}")[:, 0, 0] == pytest.approx(float(user), abs=1e-5)
+
+
 def test_the_mark_ends_a_frame_in_which_joints_are_lost():
     frames = list(basic(20))
     for k in range(5, 20, 2):

@@ -134,6 +134,24 @@ def test_ids_that_are_exchanged_follow_the_bodies(bodies):
     assert [change.how for change in slots.changes()][2:] == ["swap", "place"]
 
 
+@pytest.mark.parametrize("hidden", [60, 300])
+def test_a_leap_on_the_spot_is_no_exchange_with_somebody_hidden_whose_bones_fit_better(bodies, hidden):
+    one, other = bodies[0].astype(float), bodies[2]
+    middle = one.mean(axis=1, keepdims=True)
+    leapt = middle + (one - middle) * (1.1 / 0.92) + [0.25, 0.0, 0.1]  # as tall as the other
+    slots = Slots(4)
+    for ident in ("7", "9"):
+        slots.announce(ident, SKELETON)
+    for i in range(120):
+        assert slots.follow("7", one[i], i / 60) == "p1"
+        assert slots.follow("9", other[i], i / 60) == "p2"
+    for i in range(120, 120 + hidden):
+        assert slots.follow("7", one[i], i / 60) == "p1"
+    for i in range(120 + hidden, 180 + hidden):
+        assert slots.follow("7", leapt[i], i / 60) == "p1"
+        assert slots.follow("9", other[i], i / 60) == "p2"
+
+
 def test_a_new_id_where_another_was_lost_goes_on_in_its_slot(bodies):
     slots = Slots(3)
     for i in range(400):

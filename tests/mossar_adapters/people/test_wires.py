@@ -141,6 +141,37 @@ def perform(bodies, sink, k, first, last):
     sink.send_frames(Frames(bodies[k, first:last], np.arange(first, last) / 30, performer=f"p{k + 1}"))
 
 
+@pytest.mark.parametrize("people", [None, 2])
+def test_two_vmc_senders_that_start_at_once_are_two_people_from_the_first_frame_on(
+    hear, bodies, caplog, people
+):
+    source = open_source("osc://127.0.0.1:0?profile=vmc", people=people)
+    places = bodies + STAGE
+    sinks = [avatars(source), avatars(source)]
+
+    def send():
+        for k, sink in enumerate(sinks):
+            sink.announce(Meta(f"p{k + 1}", SKELETON, 30.0))
+        for i in range(90):
+            for k in range(2):
+                perform(places, sinks[k], k, i, i + 1)
+            time.sleep(1 / 30)  # as the clocks of the senders say
+
+    heard = hear(source, send)
+    for sink in sinks:
+        sink.close()
+    slots = rows_of(heard.items)
+    assert {name: len(poses) for name, poses in slots.items()} == {"p1": 90, "p2": 90}
+    sides = sorted((poses[:, :, 0].mean(axis=1) for poses in slots.values()), key=np.median)
+    assert sides[0].max() < sides[1].min()
+    assert not caplog.records  # neither a clock that stands nor an id that is refused
+    for name in slots:
+        times = np.concatenate(
+            [f.times for f in heard.items if isinstance(f, Frames) and f.performer == name]
+        )
+        assert np.allclose(np.diff(times), 1 / 30, atol=1e-4)
+
+
 def test_a_second_vmc_sender_is_one_more_person_and_one_that_restarts_the_same(hear, bodies):
     source = open_source("osc://127.0.0.1:0?profile=vmc", people=2)
     places = bodies + STAGE

@@ -1,11 +1,16 @@
+from mossar_adapters.osc.datagrams import Datagram
+from mossar_adapters.receiving.attribution import Attribution
 from mossar_adapters.receiving.senders import Senders
 
 HOST = "192.0.2.7"
 
 
 def names(senders, *datagrams):
-    """Return whose each datagram is, of (port, s) each."""
-    return [senders.name(senders.suffix(HOST, port, now)) for port, now in datagrams]
+    """Return whose each datagram is, of (port, s) each, in the order in which it is known."""
+    attribution = Attribution(senders)
+    found = [one for port, now in datagrams for one in attribution.put(Datagram(b"", HOST, port, now))]
+    found += attribution.settle(datagrams[-1][1] + 1.0)
+    return [senders.name(suffix) for _, suffix in found]
 
 
 def test_a_second_program_is_told_apart_with_its_first_datagram():

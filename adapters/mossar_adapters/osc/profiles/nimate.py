@@ -1,7 +1,7 @@
 """Profile `nimate`: NI mate's default addresses.
 
 NI mate 2 in format "Basic" sends `Right_Hand ,fff`, without a slash, or `Right_Hand_2` where it tracks several users, and
-`/NI_mate_sync` after each frame. Older versions:
+`/NI_mate_sync` after each frame. Users are numbered from 1, or the first one has no number. Older versions:
 
 `/skeleton_left_hand ,fff` x, y, z, perhaps followed by an orientation, which is passed over; "omni" sends all
 joints in one message `/skeleton` without names. Coordinates are metres or millimetres. Addresses are editable there: others need `profile=generic`.
@@ -13,14 +13,20 @@ import numpy as np
 
 from mossar_adapters.files.units import guessed_scale
 from mossar_adapters.joint_sets import openni_parents
+from mossar_adapters.newest import Newest
 from mossar_adapters.osc.assembly.known_joints import MAX_NAMES
 from mossar_adapters.osc.assembly.single_joints import SingleJoints, isotropic
 from mossar_adapters.osc.messages import numbers
 from mossar_adapters.osc.profiles.profile import NOTHING, Context, Items, Message
+from mossar_adapters.receiving.senders import MAX_SENDERS
 from mossar_stream import FrameError
 
 _ADDRESS = re.compile(r"/(?:(?P<person>[^/]{1,40})/)?skeleton[_/](?P<joint>[^/]{1,60})")
 _BASIC = re.compile(r"(?P<joint>[A-Za-z][^/]{0,60}?)(?:_(?P<person>\d{1,4}))?")
+_NUMBERED = re.compile(
+    r"(?P<joint>(?:left|right)_[a-z]{1,20}|head|neck|torso|waist|pelvis|hips)_(?P<person>\d{1,4})",
+    re.IGNORECASE,
+)
 _SYNC = ("/NI_mate_sync", "NI_mate_sync")
 _PLACES = (3, 7)  # numbers of a place, and of a place and an orientation; others are no places
 _OMNI = re.compile(r"/(?:(?P<person>[^/]{1,40})/)?skeleton")
@@ -35,6 +41,9 @@ class NiMate:
         self._joints = SingleJoints(
             context, isotropic(lambda tall: guessed_scale(context.options, tall)), openni_parents
         )
+        self._numbers: Newest[str, set[str]] = Newest(
+            MAX_SENDERS
+        )  # plain, and 1, of each sender that has them
         self.idle = self._joints.idle
         self.pending = self._joints.pending
 
@@ -54,10 +63,16 @@ class NiMate:
             if len(message.arguments) not in _PLACES:
                 return NOTHING
             xyz = numbers(message.arguments, 0, 3)
-            return self._joints.put(message, basic["person"] or "", basic["joint"], (*xyz, np.nan))
+            person = self._person(message.sender, basic["person"] or "")
+            return self._joints.put(message, person, basic["joint"], (*xyz, np.nan))
         if single := _ADDRESS.fullmatch(message.address):
             xyz = numbers(message.arguments, 0, 3)
-            return self._joints.put(message, single["person"] or "", single["joint"], (*xyz, np.nan))
+            person, joint = single["person"] or "", single["joint"]
+            if not person:
+                numbered = _NUMBERED.fullmatch(joint)
+                person = self._person(message.sender, numbered["person"] if numbered else "")
+                joint = numbered["joint"] if numbered else joint
+            return self._joints.put(message, person, joint, (*xyz, np.nan))
         if omni := _OMNI.fullmatch(message.address):
             count = len(message.arguments)
             if count == 0 or count % 3 or count > 3 * MAX_NAMES:
@@ -66,3 +81,12 @@ class NiMate:
             rows = {f"joint{i // 3}": (*values[i : i + 3], np.nan) for i in range(0, count, 3)}
             return self._joints.put_all(message, omni["person"] or "", rows)
         return NOTHING
+
+    def _person(self, sender: str, number: str) -> str:
+        """Return the id of a user: one more than its number where there is one without a number, too."""
+        seen = self._numbers.get(sender)
+        if seen is None:
+            seen = self._numbers[sender] = set()
+        if number in {"", "1"}:
+            seen.add(number)
+        return str(int(number) + 1) if number and len(seen) > 1 else number
