@@ -256,6 +256,10 @@ class Slots:
                 others.append((ident, pose))
         if others:
             verdicts |= self._place(time, others)
+            for ident, verdict in verdicts.items():
+                # An id without a joint in this frame may have lost its slot to another one that is seen there.
+                if isinstance(verdict, Body) and self._ids.get(ident) is not verdict:
+                    verdicts[ident] = self._unseen(ident, time)
         return [
             self._name(verdict, time) if isinstance(verdict, Body) else verdict
             for verdict in (verdicts[ident] for ident, _ in found)
@@ -278,7 +282,9 @@ class Slots:
         memory = Memory.from_bytes(data)
         if self._chooses != (memory.people if isinstance(memory.people, str) else None):
             raise SnapshotError(f"the people of the snapshot were followed with --people {memory.people}")
-        for person in memory.slots:
+        for person in sorted(
+            memory.slots, key=lambda person: person.time
+        ):  # who was seen with an id last has it
             if person.number < len(self._bodies):
                 body = self._bodies[person.number]
                 put_person(body, person)
