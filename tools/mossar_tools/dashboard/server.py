@@ -4,6 +4,7 @@ A browser lets any site open a WebSocket to 127.0.0.1; only the `Origin` that it
 page. viser has no option to look at it, so the function that it serves with is wrapped while it starts.
 """
 
+import asyncio
 import logging
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ from typing import Any
 import websockets.asyncio.server
 from viser import ViserServer
 
+from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.asking import HEADER
 from mossar_tools.dashboard.visitors import Visitors
 
@@ -39,6 +41,7 @@ def _guarded(answers: Answers, visitors: Visitors) -> Iterator[None]:
     serve = websockets.asyncio.server.serve
 
     def serving(*arguments: Any, process_request: _Asked | None = None, **options: Any) -> Any:
+        asyncio.get_running_loop().set_exception_handler(_note_visitor)
         guard = _guard(process_request, answers, visitors)
         return serve(*arguments, process_request=guard, logger=_quiet(), **options)
 
@@ -54,6 +57,11 @@ def _quiet() -> logging.Logger:
     logger = logging.getLogger("mossar.visitors")
     logger.setLevel(logging.CRITICAL)
     return logger
+
+
+def _note_visitor(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Log what a visitor sends that is no value of a control: one line for those who debug, instead of a traceback."""
+    LOGGER.debug("the dashboard: %s: %s", context.get("message"), context.get("exception"))
 
 
 def _guard(then: _Asked | None, answers: Answers, visitors: Visitors) -> _Asked:
