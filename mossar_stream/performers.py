@@ -6,7 +6,7 @@ them there, and the next call brings them. A change for all is done as a whole, 
 
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import msgspec
 import numpy as np
@@ -69,6 +69,9 @@ class Performers:
         moves: Moves that are recognised for all performers; they share the examples.
         follow: Names of the moves that are followed, or True for all; see `Segmenter`.
 
+    Attributes:
+        looks_at_times: Whether times that are hardly seconds cause a warning.
+
     Example:
         >>> import numpy as np
         >>> pool = Performers()
@@ -77,6 +80,8 @@ class Performers:
         >>> events[0].event
         'started'
     """
+
+    looks_at_times: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -343,7 +348,13 @@ class Performers:
         segmenter = self._segmenters.get(name)
         if segmenter is None:
             raise FrameError(f"performer {frames.performer!r} was not announced")
-        segmenter.process(frames.positions, frames.times, frames.confidence, frames.first_frame)
+        segmenter.process(
+            frames.positions,
+            frames.times,
+            frames.confidence,
+            frames.first_frame,
+            looks_at_times=self.looks_at_times,
+        )
         self._segmenters.move_to_end(name)
         return self._taken((name,))
 
@@ -364,8 +375,10 @@ class Performers:
         """
         names, frames, moments = self._checked(performers, given_positions(positions), times)
         cores = self._cores(names)
-        for segmenter, chunk in zip((self._segmenters[name] for name in names), frames, strict=True):
-            segmenter.look_at_size(chunk)
+        for name, chunk, own in zip(names, frames, moments, strict=True):
+            self._segmenters[name].look_at_size(chunk)
+            if self.looks_at_times:
+                self._segmenters[name].look_at_times(own)
         if cores:
             process_together(cores, frames, moments)
         return self._taken(names)

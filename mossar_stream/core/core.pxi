@@ -3,7 +3,7 @@
 cimport numpy as cnp
 from libc.math cimport (
     INFINITY, M_PI, NAN, acos, asin, atan2, ceil, cos, exp, exp2, expf, fabsf, floor, fmod, hypot, isfinite, isnan, log, log1p,
-    logf, nextafter, pow, rint, rintf, sin, sqrt, sqrtf, tanh,
+    logf, pow, rint, rintf, sin, sqrt, sqrtf, tanh,
 )
 from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint8_t, uint64_t
 from libc.stdlib cimport calloc, free, malloc

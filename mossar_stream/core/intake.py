@@ -12,6 +12,9 @@ from mossar_stream.frames import constant_times, plain_array, refuse_other_than_
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
+ENOUGH_APART = 3  # steps to frames that are takes of their own, after which times are hardly seconds
+UNITS_OF_TIME = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}  # in a second
+RATES = (5.0, 250.0)  # Hz, of those who send or record poses
 
 
 def checked(
@@ -87,6 +90,42 @@ def has_said_size(who: str, chunk: NDArray[Any], depth: int) -> bool:
         message = f"{who} is {size:,.0f} m tall; positions are in metres, these look like millimetres or centimetres"
         warnings.warn(message, stacklevel=depth)
     return True
+
+
+def look_at_steps(row: Channel, times: NDArray[np.float64], apart: int, who: str, depth: int) -> int | None:
+    """Warn if from the first frame on each is a take of its own: the times are hardly seconds.
+
+    Args:
+        row: As it was before these frames.
+        times: (n,) s, of the frames.
+        apart: Steps between the frames so far, all longer than a take goes on for.
+        who: The person.
+        depth: See `has_said_size`.
+
+    Returns:
+        The steps so far; None once there is nothing to look at any more.
+    """
+    frames = int(row.state["counters"]["frames"])
+    if frames and frames != apart + 1:
+        return None
+    steps = np.diff(np.concatenate(([row.clock["time"]], times)) if frames else times)
+    if not (steps > row.state["plan"]["max_pause"]).all():
+        return None
+    apart += len(steps)
+    if apart < ENOUGH_APART:
+        return apart
+    step = float(steps[-1])
+    message = f"{who}: each frame is a take of its own, as times step by {step:,.4g} s; times are seconds{in_seconds(step)}"
+    warnings.warn(message, stacklevel=depth)
+    return None
+
+
+def in_seconds(step: float) -> str:
+    """Return how times become seconds whose step from frame to frame, s, is that of poses in another unit; empty if none."""
+    for unit, parts in UNITS_OF_TIME.items():
+        if RATES[0] <= parts / step <= RATES[1]:
+            return f": times / {parts:.10g} if these are {unit}"
+    return ""
 
 
 def _as_array(values: ArrayLike, kind: "np.dtype[Any]") -> NDArray[Any]:

@@ -99,7 +99,7 @@ cdef struct FollowingState:
     int64_t frames  # since the last gap
     int64_t samples  # since the last gap
     double time  # s, of the last frame
-    double next  # s, when the next sample is due
+    double begin  # s, of the first sample since the last gap; the others follow every `PERIOD`
     double sampled  # s, of the last sample
     double facing[2]  # x and z, slowly following
     double every  # s, setting `follow_every`

@@ -88,7 +88,7 @@ cdef void _take_frame(FollowMemory* known, FollowBank* bank, FloatRows positions
     """Process one frame."""
     cdef FollowingState* state
     cdef FloatRows earlier, pose
-    cdef double share
+    cdef double share, past
     cdef int64_t m
     cdef bint fresh, whole
     state = known.state
@@ -105,16 +105,17 @@ cdef void _take_frame(FollowMemory* known, FollowBank* bank, FloatRows positions
         if not whole and not assume_missing(pose, known.absences, bank, positions):
             return
         memcpy(earlier.at, pose.at, 3 * pose.rows * sizeof(float))
-        state.next = state.time = time
+        state.begin = state.time = time
     note_absences(known.absences, bank, positions, whole, time - state.time)
-    while state.next <= time + EARLY:
-        share = 1.0 if fresh else min(1.0, 1.0 - (time - state.next) / (time - state.time))
-        take_sample(known, bank, share, state.next - state.sampled)
-        state.sampled = state.next
+    # Samples are counted: adding up their times, or taking them from the clock's origin, would round them more and more.
+    past = time - state.begin - state.samples * PERIOD
+    while past >= -EARLY:
+        share = 1.0 if fresh else min(1.0, 1.0 - past / (time - state.time))
+        take_sample(known, bank, share, time - past - state.sampled)
+        state.sampled = time - past
         _follow_examples(known, bank)
         state.samples += 1
-        # Far from zero a period is less than the spacing of floats: then the next float is the next time.
-        state.next = max(state.next + PERIOD, nextafter(state.next, INFINITY))
+        past = time - state.begin - state.samples * PERIOD
         fresh = False
     state.time = time
     state.frames += 1

@@ -37,15 +37,14 @@ def is_sound(memory: NDArray[np.uint8], store: NDArray[np.uint8]) -> bool:
 
 
 def _time_goes_on(state: np.void) -> bool:
-    """Tell whether the next sample is due soon after the last frame; it is set anew with the first frame after a gap."""
-    times = [float(state[name]) for name in ("time", "next", "sampled")]
-    wait = times[1] - times[0]
+    """Tell whether the next sample is due soon after the last frame; samples are counted anew after a gap."""
+    times = [float(state[name]) for name in ("time", "begin", "sampled")]
+    wait = int(state["samples"]) * PERIOD - (times[0] - times[1])
     return (
         all(0 <= int(state[name]) < MOST_COUNTED for name in ("frames", "samples", "number"))
         and state["due"] == -np.inf
         and bool(np.isfinite(times).all())
-        and wait <= 2 * PERIOD
-        and (state["frames"] == 0 or wait >= 0.0)
+        and (0.0 <= wait <= 2 * PERIOD if state["frames"] else state["samples"] == 0)
     )
 
 

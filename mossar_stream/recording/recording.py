@@ -6,7 +6,8 @@ The frames go through the same kernels as a stream, but no key frame is decided 
 import math
 import operator
 import warnings
-from collections.abc import Iterable, Sequence
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any, cast
 
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.core.curve_state import CurveState, curve_state
-from mossar_stream.core.intake import given_positions, has_said_size
+from mossar_stream.core.intake import given_positions, has_said_size, in_seconds
 from mossar_stream.core.kernels import (
     DECIDE,
     RANK,
@@ -62,9 +63,32 @@ from mossar_stream.skeleton import Skeleton
 from mossar_stream.steps.gait import Step, step_table
 from mossar_stream.steps.stepping import Stepping
 
-MOST_APART = 5.0  # s between frames, median, from which on times are hardly seconds
+MOST_APART = 4.0  # s between frames, median, from which on times are hardly seconds: 250 Hz in milliseconds
 Analyses = Sequence[tuple[float, NDArray[np.void]]]  # see `Channel.analyses`
+STILL = 2.0  # s without any movement, from which on a recording is hardly meant to be segmented
 CAPACITY = 64  # key frames there is room for at first
+PIECE = 1 << 14  # frames that are processed at once, between which Ctrl-C acts and progress is reported
+
+
+class Progress:
+    """How far the segmentation of a recording is.
+
+    Args:
+        report: Gets the share that is done, 0 to 1; None if nothing does.
+        frames: That will be processed: each once for the range, once for its key frames, and so for each limb.
+    """
+
+    def __init__(self, report: Callable[[float], None] | None, frames: int) -> None:
+        self._report, self._frames, self._done = report, frames, 0
+
+    def pieces(self, frames: int) -> Iterator[tuple[int, int]]:
+        """Yield the bounds of the pieces of so many frames; each is done when the next one is asked for."""
+        for begin in range(0, frames, PIECE):
+            end = min(begin + PIECE, frames)
+            yield begin, end
+            self._done += end - begin
+            if self._report is not None:
+                self._report(min(1.0, self._done / self._frames))
 
 
 class KeyFrame(msgspec.Struct, frozen=True):
@@ -314,6 +338,7 @@ def segment_recording(
     moves: Moves | None = None,
     follow: Iterable[str] | bool = (),
     takes: bool = False,
+    on_progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Segment a whole recording: equation 1, Algorithms 1, 2 and 3 of Paliyawan, Choensawat and Thawonmas (2018).
 
@@ -332,6 +357,7 @@ def segment_recording(
         follow: Names of the moves that are followed, or True for all.
         takes: Whether a take ends where no joint is seen, or no frame comes, for longer than `max_pause`, and covers only
             the time in which joints are seen.
+        on_progress: Gets the share that is done, 0 to 1, every 16,384 frames.
 
     Returns:
         The key frames and their hierarchy.
@@ -358,19 +384,28 @@ def segment_recording(
         frames, moments, skeleton = _checked(own.positions, fps, skeleton or own.skeleton, times)
         settings = _with_up(settings_or_default(settings), own)
     any(has_said_size("the performer", frame[np.newaxis], 4) for frame in frames)
+    _warn_of_stillness(frames, moments)
     chosen = settings_or_default(settings)
     followed = checked_follow(follow, moves)
     spans = takes_of(frames, moments, chosen.max_pause) if takes else []
+    progress = Progress(on_progress, _passes(skeleton, chosen) * len(frames))
     if len(spans) > 1 and chosen.range == "file":  # that of all takes
         narrow, _ = placed(frames, skeleton.root if chosen.center == "root" else -1)
-        chosen = _whole_range(narrow, moments, skeleton, chosen, fps)
+        chosen = _whole_range(narrow, moments, skeleton, chosen, fps, progress)
     found = []
     for take, (begin, end) in enumerate(spans or [(0, len(frames))]):
         readers = _readers_of(skeleton, chosen, moves, followed)
         part = frames[begin:end], moments[begin:end]
-        found.append(_segmented(*part, skeleton, chosen, fps, readers, curves=curves, first=(take, begin)))
+        found.append(
+            _segmented(*part, skeleton, chosen, fps, readers, progress, curves=curves, first=(take, begin))
+        )
         found[-1].takes = [(begin, end - 1)] if end > begin else []
     return found[0] if len(found) == 1 else TakesResult(found)
+
+
+def _passes(skeleton: Skeleton, settings: Settings) -> int:
+    """Return how often each frame is processed; of several takes whose range is that of all, once less."""
+    return (1 + len(groups_of(skeleton, settings.limbs))) * (2 if settings.range == "file" else 1)
 
 
 def takes_of(positions: NDArray[Any], times: NDArray[np.float64], max_pause: float) -> list[tuple[int, int]]:
@@ -413,7 +448,8 @@ def _segmented(
     skeleton: Skeleton,
     settings: Settings,
     fps: float | None,
-    readers: Sequence[Reader] = (),
+    readers: Sequence[Reader],
+    progress: Progress,
     *,
     curves: bool,
     channel: str = BODY,
@@ -427,7 +463,7 @@ def _segmented(
     chosen = settings
     frames, origin = placed(frames, skeleton.root if chosen.center == "root" else -1)
     if chosen.range == "file":
-        chosen = _whole_range(frames, moments, skeleton, chosen, fps)
+        chosen = _whole_range(frames, moments, skeleton, chosen, fps, progress)
     row = _new_row(skeleton, chosen, fps, moments, channel)
     row.settle(origin, True)
     row.clock["take"], row.clock["next_frame"] = first
@@ -435,7 +471,7 @@ def _segmented(
     groups = groups_of(skeleton, chosen.limbs)
     hang = any(limb.joints[0] == MEAN for limb in groups)
     middles = np.empty((len(frames) if hang else 0, 3), np.float32)
-    states, events = _push_all(row, readers, (frames, moments), analyses, middles, curves=curves)
+    states, events = _push_all(row, readers, (frames, moments), analyses, middles, progress, curves=curves)
     own = settings_of_limbs(settings)
     limbs = {}
     for limb in groups:
@@ -446,6 +482,8 @@ def _segmented(
             limb.skeleton,
             own,
             fps,
+            (),
+            progress,
             curves=curves,
             channel=limb.name,
             analyses=row.analyses or (),
@@ -505,10 +543,26 @@ def _check_times(times: NDArray[np.float64]) -> None:
         raise FrameError("times descend; they must rise: positions[::-1], times[::-1]")
     middle = float(np.median(steps)) if len(steps) else 0.0
     if middle >= MOST_APART:
-        message = (
-            f"frames are {middle:,.1f} s apart; times are seconds: times / 1000 if these are milliseconds"
-        )
+        message = f"frames are {middle:,.1f} s apart; times are seconds{in_seconds(middle)}"
         warnings.warn(message, stacklevel=4)
+
+
+def _warn_of_stillness(frames: NDArray[Any], times: NDArray[np.float64]) -> None:
+    """Warn if there is nothing to segment: no joint is seen in any frame, or none moves; of what is no mere pose."""
+    if not len(times) or not np.nanmax(times) - np.nanmin(times) >= STILL:
+        return
+    known = np.full(frames.shape[1:], np.nan, frames.dtype)
+    for frame in frames:
+        seen = np.isfinite(frame)
+        if (seen & np.isfinite(known) & (frame != known)).any():
+            return
+        known[seen] = frame[seen]
+    what = (
+        "no joint moves: all frames are alike"
+        if np.isfinite(known).any()
+        else "no joint is seen in any frame"
+    )
+    warnings.warn(f"{what}; there is nothing to segment", stacklevel=3)
 
 
 def _readers_of(
@@ -530,6 +584,7 @@ def _push_all(
     recorded: tuple[NDArray[np.float32], NDArray[np.float64]],
     analyses: Analyses,
     middles: NDArray[np.float32],
+    progress: Progress,
     *,
     curves: bool,
 ) -> tuple[list[CurveState], list[Event]]:
@@ -538,26 +593,29 @@ def _push_all(
     `middles`, (n, 3) or (0, 3) m, are set if there are any.
     """
     frames, times = recorded
-    bounds = {*range(0, len(times), 1 if curves or len(middles) else max(1, len(times))), len(times)}
     # The first frame that is not before each look; of frames out of order the latest time so far counts.
     reached = np.fmax.accumulate(np.where(np.isnan(times), -np.inf, times))
-    places = reached.searchsorted([time for time, _ in analyses])
+    at = reached.searchsorted([time for time, _ in analyses])
     counted = {
         int(place) % len(times): header
-        for place, (time, header) in zip(places, analyses, strict=True)
+        for place, (time, header) in zip(at, analyses, strict=True)
         if time < np.inf
     }
-    bounds |= set(counted)
+    places, singly = sorted(counted), curves or len(middles) > 0
     states: list[CurveState] = []
     core = Performer(Workspace(), (row,), (), tuple(readers))
-    for begin, end in pairwise(sorted(bounds)):
-        if begin in counted:
-            row.adopt_periods(counted[begin])
-        core.process(frames[begin:end], times[begin:end])
-        if curves:
-            states.append(curve_state(row.memory, row.plan))
-        if len(middles):
-            set_middle(row.memory, middles[begin])
+    for first, last in progress.pieces(len(times)):
+        looks = (
+            range(first, last) if singly else places[bisect_left(places, first) : bisect_left(places, last)]
+        )
+        for begin, end in pairwise(sorted({first, *looks, last})):
+            if begin in counted:
+                row.adopt_periods(counted[begin])
+            core.process(frames[begin:end], times[begin:end])
+            if curves:
+                states.append(curve_state(row.memory, row.plan))
+            if len(middles):
+                set_middle(row.memory, middles[begin])
     if analyses:
         row.adopt_periods(analyses[-1][1])
     at_once([core], [(core.end_readers,), (core.decide, RANK)])
@@ -602,6 +660,7 @@ def _whole_range(
     skeleton: Skeleton,
     settings: Settings,
     fps: float | None,
+    progress: Progress,
 ) -> Settings:
     """Return the settings with the range of the whole recording as bounds (paper 3.1.1, normalisation).
 
@@ -609,7 +668,9 @@ def _whole_range(
     the range must be able to rise above the noise.
     """
     row = _new_row(skeleton, settings.replace(range="running"), fps, times)
-    Performer(Workspace(), (row,)).process(frames, times)
+    core = Performer(Workspace(), (row,))
+    for begin, end in progress.pieces(len(times)):
+        core.process(frames[begin:end], times[begin:end])
     state, bounds = row.state, row.state["plan"]
     largest = max(float(state["range"]["largest"]), float(bounds["range_floor"]), np.finfo(float).tiny)
     if bounds["noise_margin"]:

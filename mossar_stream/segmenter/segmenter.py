@@ -3,10 +3,11 @@
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeAlias
 
+import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.core.curve_state import CurveState, curve_state
-from mossar_stream.core.intake import checked, has_said_size
+from mossar_stream.core.intake import checked, has_said_size, look_at_steps
 from mossar_stream.core.kernels import Channel, Performer, Workspace, at_once
 from mossar_stream.core.plan import Plan
 from mossar_stream.core.snapshot import (
@@ -122,6 +123,7 @@ class Segmenter:
         self.performer = body.performer
         self.joints = len(plan.skeleton)
         self._is_measured = False
+        self._apart: int | None = 0  # see `look_at_steps`
         self._followers, self._level = followers, level
         joints = joints_of_limbs(plan) if len(channels) > 1 else ()
         self.core = Performer(workspace, channels, joints, followers.readers, _has_phase(plan))
@@ -433,16 +435,25 @@ class Segmenter:
         times: ArrayLike | None,
         confidence: ArrayLike | None = None,
         first_frame: int | None = None,
+        *,
+        looks_at_times: bool = True,
     ) -> None:
         """Process frames as `push`, and leave the events pending."""
         chunk, moments = checked(self.row, positions, times, confidence, first_frame)
         self.look_at_size(chunk, 5)
+        if looks_at_times:
+            self.look_at_times(moments, 5)
         self.core.process(chunk, moments, first_frame)
 
     def look_at_size(self, chunk: NDArray[Any], depth: int = 4) -> None:
         """Warn if the performer is far larger than people are; see `has_said_size`."""
         if not (self._is_measured or self.row.has_begun):
             self._is_measured = has_said_size(f"performer {self.performer}", chunk, depth)
+
+    def look_at_times(self, times: NDArray[np.float64], depth: int = 4) -> None:
+        """Warn if times are hardly seconds; see `look_at_steps`."""
+        if self._apart is not None:
+            self._apart = look_at_steps(self.row, times, self._apart, f"performer {self.performer}", depth)
 
     @property
     def repetitions(self) -> int:

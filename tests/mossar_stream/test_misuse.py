@@ -300,10 +300,81 @@ def test_times_that_no_recording_has_are_refused():
     assert segment_recording(positions[:1], times=[5.0]).segments
 
 
-def test_times_in_milliseconds_are_reported_where_they_were_given():
+UNITS = pytest.mark.parametrize(
+    ("factor", "unit"),
+    [(1000, "milliseconds"), (1_000_000, "microseconds"), (1_000_000_000, "nanoseconds")],
+)
+
+
+@UNITS
+def test_times_in_another_unit_are_reported_where_they_were_given(factor, unit):
     positions, times = walk()
     with pytest.warns(
-        UserWarning, match=r"frames are 16\.7 s apart; times are seconds: times / 1000"
+        UserWarning, match=rf"s apart; times are seconds: times / {factor} if these are {unit}"
     ) as found:
-        segment_recording(positions, times=times * 1000)
+        segment_recording(positions, times=times * factor)
     assert [warning.filename for warning in found] == [__file__]
+
+
+def pushed_singly(segmenter, positions, times):
+    for frame, moment in zip(positions, times, strict=True):
+        segmenter.push(frame, moment)
+
+
+def pushed_as_a_whole(segmenter, positions, times):
+    segmenter.push(positions, times)
+
+
+def pushed_to_a_pool(segmenter, positions, times):
+    pool = Performers()
+    pool.announce("p1", segmenter.skeleton)
+    for at in range(0, len(times), 2):
+        pool.push(Frames(positions[at : at + 2], times[at : at + 2], performer="p1"))
+
+
+def pushed_to_a_pool_together(segmenter, positions, times):
+    pool = Performers()
+    pool.announce("p1", segmenter.skeleton)
+    pool.push_many(["p1"], positions[None], times)
+
+
+WAYS_TO_PUSH = pytest.mark.parametrize(
+    "pushed", [pushed_singly, pushed_as_a_whole, pushed_to_a_pool, pushed_to_a_pool_together]
+)
+
+
+@UNITS
+@WAYS_TO_PUSH
+@pytest.mark.parametrize("begin", [0.0, 1.7e9])
+def test_a_stream_in_another_unit_of_time_is_reported_once_where_it_was_pushed(pushed, begin, factor, unit):
+    positions, times = walk()
+    said = rf"each frame is a take of its own, as times step by .* s; times are seconds: times / {factor} if these are {unit}"
+    with pytest.warns(UserWarning, match=said) as found:
+        pushed(Segmenter(SKELETON), positions, (begin + times) * factor)
+    assert [warning.filename for warning in found] == [__file__]
+
+
+@WAYS_TO_PUSH
+@pytest.mark.parametrize("begin", [0.0, 1.7e9])
+def test_pauses_between_frames_in_seconds_are_not_reported(pushed, begin):
+    positions, times = walk()
+    pushed(Segmenter(SKELETON), positions, begin + times + 60.0 * (np.arange(len(times)) // 2))
+
+
+def test_recordings_in_which_nothing_moves_are_reported():
+    positions, times = walk(150)
+    still = np.repeat(positions[:1], len(times), axis=0)
+    hidden = np.full_like(positions, np.nan)
+    hidden_at_first = still.copy()
+    hidden_at_first[: len(times) // 2] = np.nan
+    for wrong, said in (
+        (still, "no joint moves: all frames are alike; there is nothing to segment"),
+        (hidden_at_first, "no joint moves"),
+        (hidden, "no joint is seen in any frame; there is nothing to segment"),
+    ):
+        with pytest.warns(UserWarning, match=said) as found:
+            segment_recording(wrong, times=times)
+        assert [warning.filename for warning in found] == [__file__]
+    hidden[-1], hidden[0] = positions[-1], positions[0]
+    segment_recording(hidden, times=times)
+    segment_recording(still[:60], times=times[:60])  # a pose

@@ -98,6 +98,7 @@ def test_ten_kilometres_change_nothing_with_joints_missing_too(name, root):
     assert strengths(holes + np.array([9_984.0, -4_800.0, 16.0]), MEASURES[name], root) == here
 
 
+@pytest.mark.filterwarnings("ignore:no joint moves")
 @pytest.mark.parametrize("name", ["evidence", "likelihood", "paper"])
 def test_a_joint_that_arrives_changes_nothing_of_what_was_before(name):
     late = person()

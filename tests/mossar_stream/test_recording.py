@@ -241,6 +241,7 @@ def test_an_empty_recording_and_one_of_a_frame_have_no_key_frames(core):
     ],
     ids=["constant", "nan", "inf", "huge", "duplicate joints"],
 )
+@pytest.mark.filterwarnings("ignore:.*there is nothing to segment")
 @pytest.mark.parametrize("similarity", ["likelihood", "path_kernel"])
 def test_degenerate_recordings_give_no_nan_and_no_crash(core, positions, similarity):
     settings = Settings(similarity=similarity, range="file")

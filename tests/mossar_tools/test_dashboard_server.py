@@ -1,13 +1,20 @@
 """Who may ask the dashboard's server for something."""
 
+import gc
 import socket
+import time
+
+import msgspec
+import pytest
+import viser
+from websockets.sync.client import connect
 
 from mossar_adapters.urls import open_sink
 from mossar_stream import Settings
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.page import Page
 from mossar_tools.dashboard.recorded import RecordedShow
-from mossar_tools.dashboard.server import _guarded
+from mossar_tools.dashboard.server import _guarded, open_server
 from mossar_tools.dashboard.visitors import Visitors
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
@@ -71,3 +78,24 @@ def fetched(port, path, headers):
     with socket.create_connection(("127.0.0.1", port), 10) as asking:
         asking.sendall(f"GET /{path} HTTP/1.1\r\n{headers}\r\n".encode())
         return asking.recv(1024)
+
+
+@pytest.mark.parametrize("value", ["nonsense", None, [], float("nan"), float("inf"), b"x", "\x1b[2J"])
+def test_what_is_no_value_of_a_control_changes_nothing_and_prints_no_traceback(value, capfd, caplog):
+    caplog.set_level("DEBUG", "mossar")
+    server = open_server("127.0.0.1", 0, {}, Visitors("127.0.0.1", print))
+    try:
+        slider = server.gui.add_slider("strength", 0, 10, 1, 5)
+        url = f"ws://127.0.0.1:{server.get_port()}/"
+        with connect(url, subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as visitor:
+            update = {"type": "GuiUpdateMessage", "uuid": slider._impl.uuid, "updates": {"value": value}}
+            visitor.send(msgspec.msgpack.encode(update))
+            end = time.monotonic() + 30
+            while "the dashboard: " not in caplog.text and time.monotonic() < end:
+                gc.collect()
+                time.sleep(0.05)
+        assert slider.value == 5
+    finally:
+        server.stop()
+    assert "the dashboard: " in caplog.text
+    assert "Traceback" not in capfd.readouterr().err

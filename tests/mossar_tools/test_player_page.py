@@ -39,7 +39,7 @@ from mossar_tools.player_page import page as page_module
 from mossar_tools.player_page.opening import wanted_names, wants_player_page
 from mossar_tools.player_page.outline import outline_of
 from mossar_tools.player_page.page import PlayerPage
-from mossar_tools.player_page.server import LINE, Asked, PlayerServer
+from mossar_tools.player_page.server import LINE, Asked, PlayerServer, Window
 from mossar_tools.player_page.state import state_of
 from mossar_tools.player_page.verdicts import OFF, Judge
 
@@ -475,6 +475,44 @@ def test_a_window_gets_the_newest_state_when_it_asks(told):
         told.server.spread("text", b"picture")
         line.send('{"do": "next"}')
         assert line.recv(SOON) == b"picture"
+
+
+def test_a_window_that_floods_the_page_with_orders_delays_no_other_one(told):
+    with line_to(told.server) as flood, line_to(told.server) as other:
+        for _ in range(2000):
+            flood.send('{"do": "keep"}')
+        other.send('{"do": "teach", "name": "squat"}')
+        eventually(lambda: Asked("teach", "squat") in told.asked)
+        flood.send('{"do": "next"}')
+        told.server.spread("state")
+        assert flood.recv(SOON) == "state"  # the line itself goes on
+        assert told.asked.count(Asked("keep")) < 500
+
+
+def test_orders_of_a_window_that_are_left_out_come_back_with_time():
+    window = Window(None, is_here=True)
+    assert sum(window.may_order(5.0) for _ in range(100)) == 16
+    assert not window.may_order(5.1)
+    assert sum(window.may_order(6.1) for _ in range(100)) == 8
+    assert sum(window.may_order(600.0) for _ in range(100)) == 16
+
+
+def test_windows_that_ask_and_never_read_hold_nobody_up(told):
+    with contextlib.ExitStack() as opened:
+        for _ in range(20):
+            lazy = opened.enter_context(socket.create_connection(("127.0.0.1", told.server.port), SOON))
+            lazy.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+            lazy.sendall(
+                f"GET {LINE} HTTP/1.1\r\nHost: 127.0.0.1:{told.server.port}\r\nUpgrade: websocket\r\n".encode()
+                + b"Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+            )
+            lazy.sendall(b'\x81\x8e\0\0\0\0{"do": "next"}' * 50)
+        eventually(lambda: told.server.windows == 20)
+        with line_to(told.server) as line:
+            for number in range(50):
+                told.server.spread(f"{number} " + "x" * 100_000)
+                line.send('{"do": "next"}')
+                assert line.recv(SOON).startswith(f"{number} ")
 
 
 def test_300_silent_connections_become_no_threads_and_the_page_still_answers(told):

@@ -3,6 +3,9 @@
 A take is one of the built-in performer with faults of sensors, clocks and receivers, random settings, and changes in
 mid-take. Its events in chunks of 64 are compared with those of single frames, chunks of 7 and 1000, and random ones with
 snapshots between them, and of pools of two performers. As a recording it is segmented in one chunk and frame by frame.
+
+Every third seed plays a crowd besides, whose ids get slots as with `--people`: no two people share a slot at a time, a
+snapshot of the slots changes no known id, and the pool's events hang neither on how frames are cut nor on its snapshots.
 """
 
 import argparse
@@ -19,6 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.random_crowds import in_slots, random_crowd
 from mossar_adapters.demo import performance
 from mossar_stream import (
     BODY,
@@ -41,6 +45,7 @@ MOVES = (
     ("rest:1", "punch_left", "squat", "kick_right"),
     ("wave_left", "squat", "rest:0.5"),
     ("squat",),
+    ("walk", "walk", "stand:1"),
 )
 TAUGHT = (("punch", "punch_left"), ("kick", "kick_right"), ("squat", "squat"))
 CHANGES: tuple[tuple[str, tuple[object, ...]], ...] = (
@@ -48,6 +53,7 @@ CHANGES: tuple[tuple[str, tuple[object, ...]], ...] = (
     ("limbs", (True, False)),
     ("repetitions", (True, False)),
     ("moves", (None, 1, 3)),
+    ("poses", (True, False)),
     ("follow", ((), True)),
     ("steps", (True, False)),
     ("max_gap", (0.1,)),
@@ -70,6 +76,14 @@ TYPES = [
     "step",
 ]
 ENOUGH = 100
+LONGEST_CROWD = 4.0  # s
+CROWDED = 3  # one of so many takes has a crowd besides
+LAST_WORDS = {
+    "key_frame": {"final", "withdrawn"},
+    "move": {"final", "withdrawn"},
+    "follow": {"done", "left"},
+    "pose": {"left"},
+}  # statuses after which no message comes about an id
 SHOWN = 5  # failures that are printed
 
 
@@ -85,20 +99,21 @@ class Take(NamedTuple):
     changes: dict[int, tuple[str, object]]
 
 
-_taught: dict[int, Moves] = {}
+_taught: dict[tuple[int, bool], Moves] = {}
 
 
-def moves_of(count: int) -> Moves:
+def moves_of(count: int, *, poses: bool = True) -> Moves:
     """Return so many moves, and standing as a pose that is held."""
-    if count not in _taught:
+    if (count, poses) not in _taught:
         standing = performance(3, seconds=2.0, moves=["stand:2"])
         made = Moves(standing.skeleton)
-        made.add_pose("standing", standing.frames.positions, fps=60, hold=0.3)
+        if poses:
+            made.add_pose("standing", standing.frames.positions, fps=60, hold=0.3)
         for k, (name, move) in enumerate(TAUGHT[:count]):
             shown = performance(7 + k, seconds=4.0, moves=["rest:1", move, "rest:1"])
             made.add(name, shown.frames.positions, fps=60)
-        _taught[count] = made
-    return _taught[count]
+        _taught[count, poses] = made
+    return _taught[count, poses]
 
 
 def random_take(seed: int, seconds: float) -> Take:
@@ -199,6 +214,10 @@ def _changed(one: Segmenter, change: tuple[str, object]) -> list[bytes]:
     if name == "moves":
         one.moves = None if value is None else moves_of(int(str(value)))
         return []
+    if name == "poses":
+        if one.moves is not None:
+            one.moves = moves_of(len(one.moves.names), poses=bool(value))
+        return []
     if name == "follow":
         one.follow = bool(value) and one.moves is not None
         return []
@@ -259,6 +278,7 @@ def recorded(take: Take, *, singly: bool) -> list[str]:
         result.segments,
         result.moves,
         result.followed,
+        result.poses,
         result.repetitions,
         result.steps,
     )
@@ -294,9 +314,7 @@ def lives(events: list[bytes]) -> list[str]:
         if key in final:
             wrong.append(f"after the last word: {line!r}")
         rev[key] = event["rev"]
-        if kind in ("key_frame", "move") and (
-            event.get("decided") or event["status"] in ("final", "withdrawn")
-        ):
+        if event.get("decided") or event.get("status") in LAST_WORDS.get(kind, ()):
             final.add(key)
         if kind == "segment" and event["start_time"] > event["end_time"]:
             wrong.append(f"ends before it begins: {line!r}")
@@ -316,6 +334,68 @@ def holes(events: list[bytes]) -> list[str]:
             if one[1] != other[0]:
                 wrong.append(f"between {one[2]} and {other[2]} there is a hole, or they overlap")
     return wrong
+
+
+def crowd_pooled(
+    found: list[list[tuple[str, NDArray[Any]]]], times: NDArray[np.float64], take: Take, size: int, seed: int
+) -> dict[str, list[bytes]]:
+    """Return the events of each slot of a crowd in a pool, whose frames come in pieces of a size, with snapshots in between.
+
+    Args:
+        found: The poses of each moment, with their slots.
+        times: s, of the moments.
+        take: Whose skeleton, settings and moves they have.
+        size: Moments of a piece; the frames of a slot without one in between come as one chunk.
+        seed: Of snapshots.
+    """
+    rng, moves = random.Random(seed), None if take.moves is None else moves_of(take.moves)  # noqa: S311 - no secret
+    pool, events = (
+        Performers(take.settings, moves=moves, follow=take.follows),
+        defaultdict[str, list[bytes]](list),
+    )
+
+    def note(more: list[Event]) -> None:
+        for event in more:
+            events[event.performer].append(to_json(event))
+
+    for begin in range(0, len(times), size):
+        pieces = defaultdict[str, list[int]](list)
+        for i in range(begin, min(begin + size, len(times))):
+            for slot, _ in found[i]:
+                pieces[slot].append(i)
+        for slot, own in pieces.items():
+            if slot not in pool:
+                note(pool.announce(slot, take.skeleton))
+            poses = np.stack([dict(found[i])[slot] for i in own])
+            note(pool.push(Frames(poses, times[own], performer=slot)))
+        if size > 1 and rng.random() < 0.3:
+            blobs, lasting = pool.snapshot(), pool.lasting()
+            pool = Performers(take.settings, moves=moves, follow=take.follows)
+            pool.restore(blobs, lasting)
+    note(pool.end_takes("over"))
+    return events
+
+
+def check_crowd(seed: int, seconds: float) -> list[str]:
+    """Return what is wrong with a crowd in slots, and with the events of its pool."""
+    rng, noise = random.Random(-seed), np.random.default_rng(seed)  # noqa: S311 - no secret
+    take = random_take(seed, seconds)
+    fps, count = rng.choice([15, 30, 60]), rng.randint(2, 4)
+    people = [
+        performance(10 * seed + k, fps=float(fps), seconds=seconds, moves=rng.choice(MOVES[1:])).frames
+        for k in range(count)
+    ]
+    least = min(len(one) for one in people)
+    own = [np.array(one.positions[:least], np.float64) for one in people]
+    poses = np.stack([_spoilt(one, fps, rng, noise) for one in own])
+    times = np.array(people[0].times[:least]) + rng.choice([0.0, 1e3, 1.7e9])
+    crowd = random_crowd(poses, times, rng)
+    found, wrong = in_slots(crowd, rng)
+    ways = {size: crowd_pooled(found, times, take, size, seed) for size in (1, 7, 64)}
+    for size, events in ways.items():
+        if events != ways[1]:
+            wrong.append(f"a crowd: events in pieces of {size} moments are others")
+    return wrong + [f"in slot {slot}: {line}" for slot, own in ways[1].items() for line in lives(own)]
 
 
 def check(seed: int, seconds: float) -> tuple[Counter[str], list[str]]:
@@ -353,10 +433,13 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=6.0, help="length of a take at most")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
-    begun, events, bad = time.perf_counter(), Counter[str](), 0
+    begun, events, bad, crowds = time.perf_counter(), Counter[str](), 0, 0
     for seed in range(options.seed, options.seed + options.takes):
         try:
             count, wrong = check(seed, options.seconds)
+            if seed % CROWDED == 0:
+                wrong += check_crowd(seed, min(options.seconds, LONGEST_CROWD))
+                crowds += 1
         except (MovesError, ValueError, ArithmeticError, LookupError, TypeError) as error:
             count, wrong = Counter(), [f"{type(error).__name__}: {error}"]
         events += count
@@ -364,7 +447,9 @@ def main() -> int:
         if wrong and bad <= SHOWN:
             print(f"take {seed}:", *(line[:600] for line in wrong[:3]), sep="\n  ")
     seconds = time.perf_counter() - begun
-    print(f"{options.takes} takes, 7 ways and 2 as a recording each: {bad} differ ({seconds:.0f} s)")
+    print(
+        f"{options.takes} takes, 7 ways and 2 as a recording each, and {crowds} crowds: {bad} differ ({seconds:.0f} s)"
+    )
     print("events:", ", ".join(f"{count} {kind}" for kind, count in events.most_common()))
     missing = {*TYPES} - {*events}
     if missing and options.takes >= ENOUGH:

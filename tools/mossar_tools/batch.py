@@ -6,7 +6,7 @@ recording only. Results come in the order of the files, however long each takes.
 
 import os
 import signal
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
@@ -86,13 +86,18 @@ class Segmented(msgspec.Struct, frozen=True):
 
 
 def segment_whole(
-    options: Options, on_progress: OnProgress = lambda _: None, *, curves: bool = False
+    options: Options,
+    on_progress: OnProgress = lambda _: None,
+    progress: Callable[[], OnProgress] | None = None,
+    *,
+    curves: bool = False,
 ) -> tuple[LoadedRecording, Result, Segmentation]:
     """Return the recording that `options.file` names, what was found in it, and the level that is wanted.
 
     Args:
         options: Which file, and how to segment it.
         on_progress: Gets the share that is read.
+        progress: Returns, as segmentation begins, what gets the share of it that is done.
         curves: Whether to keep the velocity curve.
 
     Raises:
@@ -113,6 +118,7 @@ def segment_whole(
         moves=moves,
         follow=follow,
         takes=True,
+        on_progress=None if progress is None else progress(),
     )
     _warn_of_dropped_frames(loaded, result.takes)
     if is_divided(loaded, result):

@@ -13,7 +13,7 @@ import textwrap
 import threading
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final, TextIO
 
 from mossar_tools.bars import bar
@@ -23,6 +23,7 @@ PROGRESS: Final = logging.getLogger("mossar.progress")  # records have a `share`
 LEVELS: Final = ("debug", "info", "warning", "error")
 
 _BAR = 24  # characters of a progress bar
+_PATIENCE = 2.0  # s that work takes before a progress bar shows
 _STATUS_PERIOD = 0.1  # s between two updates of the status line
 _ASCII: Final = {
     "·": "-",
@@ -179,6 +180,21 @@ class Console:
 def console() -> Console:
     """Return the console of this process."""
     return Console(sys.stdout, sys.stderr)
+
+
+def progress_of(text: str) -> Callable[[float], None]:
+    """Return what shows the share (0 to 1) of work that begins now; nothing for work that takes at most 2 s.
+
+    Args:
+        text: What is being done.
+    """
+    begun = time.monotonic()
+
+    def show(share: float) -> None:
+        if time.monotonic() - begun > _PATIENCE:
+            PROGRESS.info("%s", text, extra={"share": share})
+
+    return show
 
 
 def is_terminal(stream: TextIO) -> bool:

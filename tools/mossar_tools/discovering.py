@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import Moves, MovesError, Settings, segment_recording
+from mossar_tools.console import progress_of
 from mossar_tools.figures import save, style
 from mossar_tools.palette import Palette
 from mossar_tools.poses import draw_body
@@ -51,7 +52,14 @@ def discover(whole: LoadedRecording, settings: Settings) -> tuple[list[Kind], in
         whole: The recording.
         settings: Of the segmentation; its level says how long moves are.
     """
-    result = segment_recording(whole.positions, whole.fps, whole.skeleton, settings, times=whole.times)
+    result = segment_recording(
+        whole.positions,
+        whole.fps,
+        whole.skeleton,
+        settings,
+        times=whole.times,
+        on_progress=progress_of(f"segmenting {whole.name}"),
+    )
     held = whole.held()
     candidates, parts, left_out = Moves(whole.skeleton), [], 0
     for segment in result.segments:

@@ -136,7 +136,8 @@ class SlotTable:
         memory = Memory.from_bytes(data)
         if self._chooses != (memory.people if isinstance(memory.people, str) else None):
             raise SnapshotError(f"the people of the snapshot were followed with --people {memory.people}")
-        for person in memory.slots:
+        # An id belongs to the person who was seen with it last.
+        for person in sorted(memory.slots, key=lambda person: person.time):
             if person.number < len(self._bodies):
                 body = self._bodies[person.number]
                 put_person(body, person)

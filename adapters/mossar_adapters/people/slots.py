@@ -214,6 +214,10 @@ class Slots(SlotTable):
                 others.append((ident, pose))
         if others:
             verdicts |= self._place(time, others)
+            for ident, verdict in verdicts.items():
+                # An id without a joint in this frame may have lost its slot to another one that is seen there.
+                if isinstance(verdict, Body) and self._ids.get(ident) is not verdict:
+                    verdicts[ident] = self._unseen(ident, time)
         return [
             self._name(verdict, time) if isinstance(verdict, Body) else verdict
             for verdict in (verdicts[ident] for ident, _ in found)

@@ -1,12 +1,15 @@
 """Pool: the performers of a pipeline."""
 
 from collections.abc import Mapping
+from typing import ClassVar
 
 from mossar_stream import Event, Performers, SettingsError
 
 
 class Pool(Performers):
     """Performers whose settings come as text, and that no setting can make wait for a whole recording."""
+
+    looks_at_times: ClassVar[bool] = False  # the pipeline does, and knows the source; see `odd_times`
 
     def set(self, changes: Mapping[str, object], performer: str | None = None) -> list[Event]:
         """Change settings while running.

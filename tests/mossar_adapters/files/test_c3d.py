@@ -76,6 +76,62 @@ def test_absurd_counts_in_the_header_are_refused_or_cut_to_the_file(sample, at):
     assert found is None or len(found) <= 30
 
 
+HEADER = {
+    "analogue values alone": (2, "2H", (0, 64)),
+    "no frames": (8, "H", (0,)),
+    "frames that end before they begin": (6, "2H", (50, 10)),
+    "as many points and values as can be said": (2, "2H", (65535, 65535)),
+    "data in the header": (16, "H", (1,)),
+    "data beyond the end": (16, "H", (65535,)),
+    "data among the parameters": (16, "H", (2,)),
+    "parameters nowhere": (0, "B", (0,)),
+    "parameters beyond the end": (0, "B", (255,)),
+    "another machine": (515, "B", (0,)),
+    "a group that leads back to itself": (523, "h", (-7,)),
+    "a group that leads nowhere": (523, "h", (32767,)),
+    **{f"scale {scale}": (12, "f", (scale,)) for scale in (0.0, 1e38, 1e-45, np.inf, np.nan)},
+    **{f"rate {rate}": (20, "f", (rate,)) for rate in (0.0, -1.0, 1e38, np.inf, np.nan)},
+}
+
+
+@pytest.mark.parametrize("machine", [84, 85, 86])
+@pytest.mark.parametrize("integer", [False, True])
+@pytest.mark.parametrize("name", HEADER)
+def test_impossible_headers_are_refused_or_read_without_infinities(sample, machine, integer, name):
+    at, kind, values = HEADER[name]
+    path = sample("c3d", machine=machine, integer=integer)
+    data = bytearray(path.read_bytes())
+    struct.pack_into(f"{'>' if machine == 86 else '<'}{kind}", data, at, *values)
+    path.write_bytes(data)
+    found = read_or_refused(path)
+    assert found is None or (len(found) <= 30 and not np.isinf(found).any())
+
+
+@pytest.mark.parametrize("machine", [84, 85, 86])
+@pytest.mark.parametrize("integer", [False, True])
+@pytest.mark.parametrize("bits", [b"\0\0\0\0", b"\xff\xff\xff\xff", b"\xff\x7f\xff\xff", b"\x80\xc0\0\0"])
+def test_data_of_any_bits_are_numbers_or_missing(sample, machine, integer, bits):
+    path = sample("c3d", machine=machine, integer=integer)
+    data = path.read_bytes()
+    path.write_bytes(data[:1536] + bits * ((len(data) - 1536) // 4))
+    found = positions_of(open_recording(path))
+    assert len(found) == 30
+    assert not np.isinf(found).any()
+
+
+@pytest.mark.parametrize("machine", [84, 85, 86])
+def test_files_that_are_cut_off_anywhere_are_refused_or_read_up_to_there(sample, machine):
+    path = sample("c3d", machine=machine)
+    whole = path.read_bytes()
+    frame = (len(whole) - 1536) // 30
+    for length in (0, 1, 2, 20, 511, 513, 600, 1023, 1535, 1536, 1537, 1536 + frame - 1):
+        path.write_bytes(whole[:length])
+        assert read_or_refused(path) is None
+    for frames in (1, 29):
+        path.write_bytes(whole[: 1536 + frames * frame + 3])
+        assert len(read_or_refused(path)) == frames
+
+
 def with_counts(path, body, last, **parameters):
     """Replace the data, and say in the header and in parameters how many frames there are."""
     header, section = bytearray(path.read_bytes()[:512]), path.read_bytes()[512:1536].rstrip(b"\0") + b"\0"

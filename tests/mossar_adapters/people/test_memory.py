@@ -43,6 +43,14 @@ def test_people_keep_their_slots_whoever_comes_first(bodies):
     assert [row["id"] for row in after.table()] == ["A", "B"]
 
 
+def test_an_id_that_went_to_another_slot_is_in_that_one_afterwards(bodies):
+    slots = seen(bodies=bodies)
+    for i in range(120, 125):  # the tracker gives the first person the id B, whose person has left
+        assert slots.decide(1000 + i / FPS, [("B", bodies[0, i])]) == ["p1"]
+    assert [row["id"] for row in slots.table()] == ["B", "B"]
+    assert recalled(slots).slot_of("B") == slots.slot_of("B") == "p1"
+
+
 def test_people_under_new_ids_are_known_by_their_bones(bodies):
     after = recalled(seen(bodies=bodies))
     after.restart(5.0, 20.0)

@@ -263,6 +263,16 @@ def test_an_id_without_a_joint_takes_no_slot(bodies):
     assert slots.follow("ghost", empty, 5.02) == REFUSED
 
 
+def test_an_id_without_a_joint_is_not_in_the_slot_that_another_id_takes(bodies):
+    slots = Slots(2)
+    empty = np.full_like(bodies[0, 0], np.nan)
+    for i in range(60):
+        poses = [("a", empty if i > 50 else bodies[0, i]), ("b", bodies[1, i])]
+        assert slots.decide(i / 60, poses) == ["p1", "p2"]
+    for i in range(60, 65):  # a's person goes on as b, and a has no joint
+        assert slots.decide(i / 60, [("b", bodies[0, i]), ("a", empty)]) == ["p1", UNDECIDED]
+
+
 @pytest.mark.parametrize("people", [1, 2])
 def test_who_is_elsewhere_after_the_clock_was_set_back_keeps_the_slot(bodies, people):
     slots = Slots(2)

@@ -120,6 +120,20 @@ def test_times_that_are_too_large_for_fractions_hang_nothing(moves, take, begin)
     segmenter.end_take()
 
 
+@pytest.mark.parametrize("scale", [1.0, 1e3, 1e6, 1e9])
+@pytest.mark.parametrize("begin", [0.0, 1.7e9])
+@pytest.mark.filterwarnings("ignore:performer p1. each frame is a take of its own")
+def test_times_in_other_units_make_snapshots_that_are_restored(moves, take, begin, scale):
+    positions, times = take[0][:200], (begin + take[1][:200]) * scale
+    segmenter = Segmenter(PERSON, moves=moves, follow=True)
+    expected = [*segmenter.push(positions, times), *segmenter.end_take()]
+    segmenter, events = Segmenter(PERSON, moves=moves, follow=True), []
+    for frame, time in zip(positions, times, strict=True):
+        events += segmenter.push(frame, time)
+        segmenter = Segmenter.restore(segmenter.snapshot())
+    assert [*events, *segmenter.end_take()] == expected
+
+
 def test_who_stands_or_trembles_makes_no_move(moves):
     rng = np.random.default_rng(6)
     still = np.repeat(STANDING[None], 900, axis=0) + rng.normal(0, 0.004, (900, 15, 3))
@@ -298,12 +312,12 @@ def test_directions_that_are_none_are_refused(halfway, value):
         alignment.go_on_from(changed(alignment, change))
 
 
-@pytest.mark.parametrize("next_sample", [-1e30, np.nan, 1e30])
-def test_a_sample_that_is_never_due_or_always_is_refused(halfway, next_sample):
+@pytest.mark.parametrize("begin", [-1e30, np.nan, 1e30])
+def test_a_sample_that_is_never_due_or_always_is_refused(halfway, begin):
     alignment = halfway._followers.alignment
 
     def change(memory):
-        parts_of(memory, follow_memory_parts(alignment.store))["state"]["next"] = next_sample
+        parts_of(memory, follow_memory_parts(alignment.store))["state"]["begin"] = begin
 
     with pytest.raises(SnapshotError, match="contradicts itself"):
         alignment.go_on_from(changed(alignment, change))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mossar_stream import MoveEvent, Moves, MovesError, Segmenter, SnapshotError
+from mossar_stream import MoveEvent, Moves, MovesError, Performers, Segmenter, SnapshotError
 from mossar_stream.events import to_json
 
 from .conftest import FPS, MOVES, PERSON, STANDING, performed, session
@@ -98,6 +98,62 @@ def test_explanations_change_no_event_and_name_what_kept_a_move(moves, take):
             assert 0.0 < one.cost < one.most
             assert one.lead > 1.0
             assert one.second in MOVES
+
+
+class Raising:
+    """Notes explanations, and raises at one of them."""
+
+    def __init__(self, at):
+        self.at, self.said = at, []
+
+    def __call__(self, explanation):
+        self.said.append(explanation)
+        if len(self.said) == self.at:
+            raise ArithmeticError
+
+
+@pytest.mark.parametrize("size", [1, 64, 1000])
+@pytest.mark.parametrize("at", range(1, 6))
+def test_an_exception_in_explained_loses_no_frame_no_event_and_no_other_explanation(moves, take, at, size):
+    positions, times = take[0], take[1]
+    plain, noted = moves.copy(), Raising(0)
+    plain.explained = noted
+    segmenter = Segmenter(PERSON, moves=plain, follow=True)
+    expected = [*segmenter.push(positions, times), *segmenter.end_take()]
+    mine, raising = moves.copy(), Raising(at)
+    mine.explained = raising
+    segmenter, events, raised = Segmenter(PERSON, moves=mine, follow=True), [], 0
+    for begin in range(0, len(times), size):
+        try:
+            events += segmenter.push(positions[begin : begin + size], times[begin : begin + size])
+        except ArithmeticError:
+            raised += 1
+    assert raised == 1
+    assert segmenter.stats["frames"] == len(times)
+    assert [*events, *segmenter.end_take()] == expected
+    assert raising.said == noted.said
+
+
+def test_an_exception_in_explained_loses_nothing_of_others_in_a_pool(moves, take):
+    positions, times = take[0], take[1]
+    both = np.stack([positions, positions])
+    found, said = {}, {}
+    for at in (0, 1):
+        mine, raising = moves.copy(), Raising(at)
+        mine.explained = raising
+        pool = Performers(moves=mine)
+        for name in ("a", "b"):
+            pool.announce(name, PERSON)
+        found[at] = []
+        try:
+            found[at] += pool.push_many(("a", "b"), both, times)
+        except ArithmeticError:
+            assert [pool[name].stats["frames"] for name in "ab"] == [len(times)] * 2
+        found[at] += pool.end_takes()
+        said[at] = raising.said
+    in_order = [sorted(map(to_json, found[at])) for at in (0, 1)]
+    assert in_order[0] == in_order[1]
+    assert sorted(map(repr, said[0])) == sorted(map(repr, said[1]))
 
 
 @pytest.mark.parametrize(

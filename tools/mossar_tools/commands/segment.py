@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec.structs
 
-from mossar_tools.console import LOGGER, Console
+from mossar_tools.console import LOGGER, Console, progress_of
 from mossar_tools.errors import DONE, WRONG_USAGE, UsageError
 from mossar_tools.options import (
     WIDTH,
@@ -217,6 +217,7 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
     loaded, result, chosen = segment_whole(
         options,
         lambda share: console.progress(share, f"reading {options.file}"),
+        lambda: progress_of(f"segmenting {options.file}"),
         curves=outputs.picture is not None,
     )
     console.clear()
@@ -336,7 +337,13 @@ def _tiers(
             settings = msgspec.structs.replace(options, level=other).settings(range="file")
             settings = settings.replace(limbs=False, phase=False, repetitions=False, steps=False)
             again = segment_recording(
-                loaded.positions, loaded.fps, loaded.skeleton, settings, times=loaded.times, takes=True
+                loaded.positions,
+                loaded.fps,
+                loaded.skeleton,
+                settings,
+                times=loaded.times,
+                takes=True,
+                on_progress=progress_of(f"segmenting {loaded.name} at level {other}"),
             )
             tiers.append(segment_tier(again.segments, other, origin))
     tiers += [move_tier(result.moves, origin)] if result.moves else []

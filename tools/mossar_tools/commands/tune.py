@@ -10,7 +10,7 @@ import numpy as np
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_adapters.files.replacing import Draft
 from mossar_stream import Settings
-from mossar_tools.console import Console
+from mossar_tools.console import Console, progress_of
 from mossar_tools.errors import DONE, UsageError
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options, add_body, add_messages, add_plot, add_settings
@@ -93,6 +93,7 @@ def _segment(recording: LoadedRecording, settings: Settings, options: Options) -
         settings,
         times=recording.times,
         curves=options.plot is not None,
+        on_progress=progress_of(f"segmenting {recording.name}"),
     )
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mossar_adapters.files import open_recording
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import LevelName, Result, Segmentation, Settings, segment_recording
+from mossar_tools.console import progress_of
 from mossar_tools.dashboard.glimpse import Body, Ghost, Glimpse
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.motion import Motion
@@ -263,7 +264,14 @@ class RecordedShow:
 def _segmented(whole: LoadedRecording, settings: Settings) -> _Segmented:
     """Return what is found in a recording; of its curve only what is drawn."""
     result = segment_recording(
-        whole.positions, whole.fps, whole.skeleton, settings, times=whole.times, curves=True, takes=True
+        whole.positions,
+        whole.fps,
+        whole.skeleton,
+        settings,
+        times=whole.times,
+        curves=True,
+        takes=True,
+        on_progress=progress_of(f"segmenting {whole.name}"),
     )
     states = result.curves
     columns = curve_columns(states)

@@ -5,6 +5,7 @@ page. viser 1.1 has no hook to look at it, and a server before it would leave vi
 it serves with is replaced while it starts, for viser's call alone.
 """
 
+import asyncio
 import logging
 import threading
 from collections.abc import Callable, Iterator, Mapping
@@ -15,6 +16,7 @@ from typing import Any
 import viser
 import websockets.asyncio.server
 
+from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.asking import HEADER
 from mossar_tools.dashboard.visitors import Visitors
 
@@ -43,6 +45,7 @@ def _guarded(answers: Answers, visitors: Visitors) -> Iterator[None]:
 
     def serving(*arguments: Any, process_request: _Asked | None = None, **options: Any) -> Any:
         if getattr(process_request, "__module__", "").partition(".")[0] == viser.__name__:
+            asyncio.get_running_loop().set_exception_handler(_note_visitor)
             process_request = _guard(process_request, answers, visitors)
             options["logger"] = _quiet()
         return serve(*arguments, process_request=process_request, **options)
@@ -59,6 +62,11 @@ def _quiet() -> logging.Logger:
     logger = logging.getLogger("mossar.visitors")
     logger.setLevel(logging.CRITICAL)
     return logger
+
+
+def _note_visitor(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Log what a visitor sends that is no value of a control: one line for those who debug, instead of a traceback."""
+    LOGGER.debug("the dashboard: %s: %s", context.get("message"), context.get("exception"))
 
 
 def _guard(then: Any, answers: Answers, visitors: Visitors) -> _Asked:

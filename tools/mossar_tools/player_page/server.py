@@ -1,11 +1,13 @@
 """Server of the page: a few files, and a line to each window, for this computer and invited devices.
 
 One thread serves all windows. Connections, windows and messages are bounded as those of every WebSocket here. Each window gets
-the newest state only, when it asks for it: a slow one sees fewer pictures, and nothing piles up.
+the newest state only, when it asks for it: a slow one sees fewer pictures, and nothing piles up. Orders of a window beyond what
+a person clicks are ignored.
 """
 
 import asyncio
 import json
+import math
 from collections.abc import Awaitable, Callable
 from http import HTTPStatus
 from pathlib import PurePath
@@ -32,6 +34,8 @@ DASHBOARD: Final = "/dashboard"
 _MAX_IN: Final = 1024  # bytes of what a window asks for
 _PATIENCE: Final = 10.0  # s that a file may take to arrive
 _TRIED: Final = 20  # ports, from the one that is wanted
+_AT_ONCE: Final = 16  # orders that a window may give besides `next`: more than anybody clicks
+_A_SECOND: Final = 8.0  # further orders
 _WAITS: Final = b"This page is starting; load it again in a moment.\n"
 Say = dict[str, Any]
 
@@ -66,6 +70,7 @@ class Window:
         self._newest: bytes | str | None = None
         self._wants = False
         self._wake = asyncio.Event()
+        self._left, self._ordered = float(_AT_ONCE), -math.inf  # orders; s, when the latest was given
 
     def offer(self, message: bytes | str) -> None:
         """Replace what waits for the window."""
@@ -76,6 +81,15 @@ class Window:
         """Take note that the window has shown what it got."""
         self._wants = True
         self._wake.set()
+
+    def may_order(self, now: float) -> bool:
+        """Return whether the window may give an order now, s: orders wait for each other, and those of other windows, too."""
+        self._left = min(_AT_ONCE, self._left + _A_SECOND * (now - self._ordered))
+        self._ordered = now
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True
 
     async def pump(self) -> None:
         """Send the newest state whenever the window wants one."""
@@ -203,7 +217,7 @@ class PlayerServer:
             return  # no page of ours sends such a thing
         if asked.do == "next":
             window.ask()
-        elif self._hear is not None:
+        elif self._hear is not None and window.may_order(asyncio.get_running_loop().time()):
             self._hear(asked)
 
     def _answer(
