@@ -34,8 +34,10 @@ from mossar_adapters.files.units import ACCLAIM_INCH, Scale, guessed_scale, heig
 from mossar_adapters.source import Recording
 from mossar_stream import Frames, Skeleton, constant_times
 
-_FRAMES = re.compile(r"frames\s*:?\s*(\d{1,12})$", re.IGNORECASE)
+_FRAMES = re.compile(r"frames\s*[:=]?\s*(\d{1,12})(?:\.0*)?$", re.IGNORECASE)
 _FRAME_TIME = re.compile(r"frame\s*time\s*[:=]?\s*(.*)$", re.IGNORECASE)
+_FRAME_RATE = re.compile(r"(?:frame\s*rate|fps)\s*[:=]?\s*([0-9.,]+)\s*(?:hz|fps)?$", re.IGNORECASE)
+_SHARE = re.compile(r"1(?:\.0*)?\s*/\s*([0-9.]+)$")  # of a second
 _TIME = re.compile(r"([-+]?[0-9.,]+(?:e[-+]?[0-9]+)?)\s*([a-z]*)\.?$", re.IGNORECASE)
 _PER_SECOND = frozenset(["hz", "fps"])
 _MILLISECONDS = frozenset(["ms", "msec", "msecs", "millisecond", "milliseconds"])
@@ -200,6 +202,8 @@ def _rate(path: Path, header: _Header) -> tuple[float, tuple[str, ...]]:
     """
     if not header.step:
         raise FileError(path, "MOTION has no 'Frame Time'; set --fps", header.line)
+    if found := _SHARE.match(header.step):
+        header = header._replace(step=f"{found[1]} Hz")
     found = _TIME.match(header.step)
     value, unit = (found[1].replace(",", "."), found[2].lower()) if found else ("nan", "")
     if unit in _SECONDS:
@@ -225,12 +229,14 @@ def _motion_header(path: Path, lines: Iterator[tuple[int, str]]) -> _Header:
     """Return the lines between MOTION and the first frame; each may be missing."""
     frames, step, last, line = None, "", None, 0
     for line, text in lines:
-        text = text.strip()[:_LONGEST_HEADER]
+        text = text.partition("#")[0].strip()[:_LONGEST_HEADER]
         if found := _FRAMES.match(text):
             frames, last = int(found[1]), line
         elif found := _FRAME_TIME.match(text):
             step, last = found[1].strip().replace(",", "."), line
-        elif text and not text.startswith("#"):
+        elif found := _FRAME_RATE.match(text):
+            step, last = f"{found[1]} Hz", line
+        elif text:
             if last is None or not is_number(GLUED.sub(" -", text).split()[0]):
                 last = None
                 break

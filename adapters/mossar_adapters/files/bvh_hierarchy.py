@@ -10,6 +10,7 @@ from mossar_adapters.files.errors import FileError, shown
 from mossar_stream import MAX_JOINTS
 
 GLUED = re.compile(r"(?<=[0-9.])-")  # a minus sign that stands in for the blank before it
+_OFFSET = re.compile(r"\bOFFSET-", re.IGNORECASE)
 _CHANNELS = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
 
 
@@ -62,7 +63,7 @@ def parse_hierarchy(path: Path, lines: Iterator[tuple[int, str]]) -> Hierarchy:
     for line, text in lines:
         if text.startswith("#"):
             continue
-        words = text.replace("{", " { ").replace("}", " } ").split()
+        words = _OFFSET.sub("OFFSET -", text.replace("{", " { ").replace("}", " } ")).split()
         while words:
             word = words.pop(0)
             match word.lower():

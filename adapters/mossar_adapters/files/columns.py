@@ -1,7 +1,7 @@
 """Which columns of a table are joints, confidence and time, by their headings.
 
-Understood are `hip.x`, `hip_x`, `hip x`, `hip:X`, `hipX`, `hip (x)`, `hip.pos.x`, `x_hip` and the like; a joint
-counts only if it has all three axes.
+Understood are `hip.x`, `hip_x`, `hip x`, `hip:X`, `hipX`, `hip (x)`, `hip.pos.x`, `hip_tx`, `x_hip` and the like; a joint
+counts only if it has all three axes. Axes may be numbers, in brackets or, where no heading names an axis, behind a separator.
 """
 
 import re
@@ -12,7 +12,8 @@ import msgspec
 _SEPARATOR = r"[\s._:/\-]*"
 _LONG_RUN = re.compile(r"([\s._:/\-]{3})[\s._:/\-]+")  # what has more separators would make the patterns slow
 _AXIS_LAST = re.compile(
-    rf"(?P<joint>.+?){_SEPARATOR}(?:(?:position|pos|translation){_SEPARATOR})?[(\[]?(?P<axis>[xyz])[)\]]?"
+    rf"(?P<joint>.+?)(?:{_SEPARATOR}(?:(?:position|pos|translation|translate|trans){_SEPARATOR})?|[\s._:/\-]+t)"
+    r"[(\[]?(?P<axis>[xyz])[)\]]?"
     rf"(?:{_SEPARATOR}[(\[]?(?:m|cm|mm)[)\]]?)?",
     re.IGNORECASE,
 )
@@ -21,6 +22,8 @@ _CONFIDENCE = re.compile(
     rf"(?P<joint>.+?){_SEPARATOR}(?:c|conf|confidence|score|visibility|likelihood)", re.IGNORECASE
 )
 _NUMBERED = re.compile(r"(?P<joint>.+?)\s*[\[(](?P<axis>[0-3])[\])]")
+_BEHIND = re.compile(r"(?P<joint>.+?)(?:[\s._:/\-]+(?P<plain>[0-3])|\s*[\[(](?P<axis>[0-3])[\])])")
+_ALIKE = 3  # joints whose numbers must be the same to be axes where no heading names an axis
 _OTHER_VECTORS = re.compile(
     r"(?:^|[\s._:/\-])(?:q|quat|quaternion|rot|rotation|euler|angles?|ori|orientation|vel|velocity|acc|accel|"
     r"acceleration|gyro|mag|scale|offset|forces?|moments?)$",
@@ -68,6 +71,9 @@ def find_columns(header: Sequence[str]) -> Columns | None:
     cells = _with_axes([_plain(cell) for cell in header])
     triples = _triples(cells, _AXIS_LAST) or _triples(cells, _AXIS_FIRST)
     if not triples:
+        cells = _with_numbered_axes(cells)
+        triples = _triples(cells, _AXIS_LAST)
+    if not triples:
         return None
     found = {m["joint"]: i for i, cell in enumerate(cells) if (m := _CONFIDENCE.fullmatch(cell))}
     confidence = tuple(found[joint] for joint in triples) if set(triples) <= set(found) else ()
@@ -90,6 +96,22 @@ def _with_axes(cells: list[str]) -> list[str]:
         f"{match['joint']}.{'xyz'[int(match['axis'])]}"
         if match and match["axis"] in "012" and axes[match["joint"]] >= {"0", "1", "2"}
         else cell
+        for cell, match in zip(cells, numbered, strict=True)
+    ]
+
+
+def _with_numbered_axes(cells: list[str]) -> list[str]:
+    """Return headings with `.x`, `.y`, `.z` for `_0`, `_1`, `_2`, or for 1, 2, 3, if all joints are numbered so."""
+    numbered = [_BEHIND.fullmatch(cell) for cell in cells]
+    axes: dict[str, str] = {}
+    for match in filter(None, numbered):
+        axes[match["joint"]] = axes.get(match["joint"], "") + (match["plain"] or match["axis"])
+    ways = set(axes.values())
+    if len(axes) < _ALIKE or len(ways) != 1 or not ways <= {"012", "123"}:
+        return cells
+    (way,) = ways
+    return [
+        f"{match['joint']}.{'xyz'[way.index(match['plain'] or match['axis'])]}" if match else cell
         for cell, match in zip(cells, numbered, strict=True)
     ]
 

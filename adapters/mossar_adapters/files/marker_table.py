@@ -13,6 +13,7 @@ from mossar_adapters.files.missing import without_zeros
 from mossar_adapters.files.options import ReadOptions, plausible_rate
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import Block, Rows
+from mossar_adapters.files.running_times import why_absurd
 from mossar_adapters.files.subjects import subjects_of
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
@@ -60,12 +61,8 @@ def read_markers(table: MarkerTable, options: ReadOptions) -> Recording:
     fps = options.fps or table.fps
     timed = options.fps is None and table.time >= 0 and _has_times(table)
     if timed:
-        of_times = rate_of_times(_columns(next(table.rows.blocks()), table, [table.time])[:, 0])
-        if fps is None:
-            fps = of_times
-        elif of_times is not None and abs(of_times / fps - 1) > RATES_DIFFER:
-            note = f"the heading says {fps:g} Hz and the times say {of_times:.4g} Hz: the times count; set --fps to change"
-            fps, notes = of_times, (*notes, note)
+        fps, timed, noted = _compared(_columns(next(table.rows.blocks()), table, [table.time])[:, 0], fps)
+        notes = (*notes, *noted)
     if not timed and (fps is None or not plausible_rate(fps)):
         stated = "the file states neither rate nor times" if fps is None else f"{fps} Hz is no possible rate"
         raise FileError(path, f"{stated}; set --fps")
@@ -93,6 +90,24 @@ def read_markers(table: MarkerTable, options: ReadOptions) -> Recording:
         performers=tuple(subject.name for subject in subjects),
     )
     return in_stated_unit(recording, options, table.metres)
+
+
+def _compared(times: NDArray[np.float64], stated: float | None) -> tuple[float | None, bool, tuple[str, ...]]:
+    """Return the rate of a table, whether its times are used, and notes where they contradict the stated rate, Hz."""
+    found = rate_of_times(times)
+    if stated is None:
+        return found, True, ()
+    if plausible_rate(stated) and (why := why_absurd(times)) is not None:
+        return (
+            stated,
+            False,
+            (f"the heading says {stated:g} Hz, {why}: the heading counts; set --fps to change",),
+        )
+    mean = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else stated  # times may be rounded
+    if found is None or min(abs(rate / stated - 1) for rate in (found, mean)) <= RATES_DIFFER:
+        return stated, True, ()
+    note = f"the heading says {stated:g} Hz and the times say {found:.4g} Hz: the times count; set --fps to change"
+    return found, True, (note,)
 
 
 def _columns(block: Block, table: MarkerTable, columns: Sequence[int]) -> NDArray[np.float64]:

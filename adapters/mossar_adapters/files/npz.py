@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files.assembly import sane_frames, scaled_by_height, skeleton_of
 from mossar_adapters.files.errors import FileError, shown
+from mossar_adapters.files.missing import without_nobody
 from mossar_adapters.files.options import ReadOptions, plausible_rate
 from mossar_adapters.files.rates import USUAL_FPS, assumed_rate, rate_of_times
 from mossar_adapters.files.rows import CHUNK
@@ -82,7 +83,9 @@ def read(path: Path, options: ReadOptions) -> Recording:
         done = 0
         for block in _blocks(path, positions):
             part = slice(done, done + len(block))
-            yield sane_frames(block, times[part], None if confidence is None else confidence[part])
+            yield sane_frames(
+                without_nobody(block), times[part], None if confidence is None else confidence[part]
+            )
             done += len(block)
 
     skeleton = skeleton_of(path, names, parents, root)

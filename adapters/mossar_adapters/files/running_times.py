@@ -101,7 +101,7 @@ def counting_of(
     """
     rate = stated if stated is not None and _RATES[0] <= stated <= _RATES[1] else USUAL_FPS
     if not _stands(times, positions):
-        why = _why_absurd(times)
+        why = why_absurd(times)
         return None if why is None else Counting(rate, why)
     ticks = np.flatnonzero(np.diff(times) > 0) + 1
     if len(ticks) > 1:
@@ -111,7 +111,7 @@ def counting_of(
     return Counting(rate, "its times stand still or step coarsely")
 
 
-def _why_absurd(times: NDArray[np.float64]) -> str | None:
+def why_absurd(times: NDArray[np.float64]) -> str | None:
     """Return what the times are if no frames have such, else None."""
     steps = np.diff(times)
     steps = steps[np.isfinite(steps)]

@@ -26,7 +26,7 @@ from mossar_adapters.files.clock import seconds, unit_of_steps
 from mossar_adapters.files.columns import Columns
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.heading import Heading, read_heading
-from mossar_adapters.files.missing import without_zeros
+from mossar_adapters.files.missing import without_nobody, without_zeros
 from mossar_adapters.files.options import METRES, ReadOptions, plausible_rate
 from mossar_adapters.files.rates import USUAL_FPS, assumed_rate, rate_of_times
 from mossar_adapters.files.rows import Block, Rows, cut_note, survey
@@ -61,7 +61,7 @@ def read(path: Path, options: ReadOptions) -> Recording:
             positions, confidence = _positions(block, rows, columns)
             times = _stamps(block, rows, columns) * time_unit if time_unit else None
             yield sane_frames(
-                without_zeros(positions) if zeros else positions,
+                without_zeros(positions) if zeros else without_nobody(positions),
                 constant_times(len(positions), fps or USUAL_FPS, block.start) if times is None else times,
                 confidence,
                 bodies[body][0] if bodies else "p1",

@@ -10,6 +10,7 @@ step       what it is                                                           
 standing   the same time as before with another pose, or hardly a later one           many: arrivals
 leaping    far more than has passed by the arrivals                                   several in a row: another unit,
                                                                                       else arrivals; one: a clock was set
+backwards  less than before, step for step                                            several in a row: arrivals
 running    anything else                                                              a few in a row: the clock is used
 =========  =========================================================================  ================================
 
@@ -38,6 +39,7 @@ _OFTEN: Final = 8  # in the long run, if they are more than one in so many
 _SPAN: Final = 128  # steps, of the long run
 _RUNNING: Final = 4  # running steps in a row after which the clock is used
 _LEAPS: Final = 3  # leaping steps in a row
+_BACKWARDS: Final = 4  # steps back in a row; frames that overtake each other have fewer
 _LEAP: Final = 0.25  # s
 _FASTER: Final = 4.0  # times the arrivals: replays up to this speed look right
 _CREEP: Final = 0.004  # s; a step below it that is also a tenth of the arrivals' hardly moves
@@ -113,6 +115,8 @@ class SenderClock(Generic[Kept]):
         self._held: list[_Held[Kept]] = []
         self._passed = 0.0  # s between the latest two arrivals
         self._standing = self._leaping = self._running = 0  # steps: held, in a row, in a row
+        self._backwards = 0  # steps back in a row
+        self._turned = 0.0  # s, the time before them
         self._long = [0, 0]  # standing steps and all steps of the long run
         self._accepts_leaps = False  # whether leaps in a row turned out to be the sender's way
         self._span: _Held[Kept] | None = None  # first frame of the span whose rate is measured
@@ -143,6 +147,10 @@ class SenderClock(Generic[Kept]):
             return self._by_sender([frame])
         step = (sent - before.sent) * self.verdict.unit
         self._judge(step, arrival - before.arrival, frame, before)
+        if self._backwards == _BACKWARDS:
+            self._held.append(frame)
+            self._time = self._turned
+            return self._distrust()
         if not self._held and self._running:
             runs = self._keeps_pace(frame)
             return self._by_sender([frame]) if runs else self._by_arrival([frame])
@@ -174,6 +182,9 @@ class SenderClock(Generic[Kept]):
         if self._long[1] == _SPAN:
             self._long = [count // 2 for count in self._long]
         self._standing += standing
+        if step >= 0 or self._backwards == 0:
+            self._turned = self._time
+        self._backwards = self._backwards + 1 if step < 0 else 0
         if leaping or step < -_LEAP:
             self._span = None  # a clock that was set has no rate over that span
         self._leaping = self._leaping + 1 if leaping else 0
@@ -272,6 +283,8 @@ class SenderClock(Generic[Kept]):
     def _how(self) -> str:
         sent = [frame.sent * self.verdict.unit for frame in self._held]
         steps = np.diff(sent)
+        if self._backwards == _BACKWARDS:
+            return "runs backwards"
         if self._leaping >= _LEAPS:
             return f"runs at another rate than frames arrive (steps of {float(np.median(steps)):.3g} s)"
         late = steps[steps > 0]

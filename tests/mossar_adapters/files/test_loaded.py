@@ -107,3 +107,23 @@ def test_results_are_drawn(path):
 def test_dir_shows_the_public_face_only():
     assert set(dir(mossar_stream)) == {*mossar_stream.__all__, "__version__"}
     assert set(dir(mossar_adapters.files)) == set(mossar_adapters.files.__all__) >= {"read", "open_recording"}
+
+
+@pytest.mark.parametrize("form", ["csv", "npz"])
+def test_frames_with_all_joints_at_the_origin_show_nobody(tmp_path, form):
+    names = ("hips", "neck", "left_hand")
+    positions = np.tile(np.float32([[0, 1, 0], [0, 1.5, 0], [0.4, 1, 0]]), (60, 1, 1))
+    positions[:, 2, 1] += np.sin(np.arange(60) / 5).astype(np.float32) / 3
+    positions[:, 0] = 0  # relative to the hips
+    positions[20:40] = 0
+    path = tmp_path / f"take.{form}"
+    if form == "npz":
+        np.savez(path, positions=positions, fps=30.0, joint_names=np.array(names))
+    else:
+        rows = [["time", *(f"{name}.{axis}" for name in names for axis in "xyz")]]
+        rows += [[k / 30, *pose.ravel().tolist()] for k, pose in enumerate(positions)]
+        path.write_text("\n".join(",".join(map(str, row)) for row in rows) + "\n")
+    seen = np.isfinite(read(path, unit="m").positions)
+    assert not seen[20:40].any()
+    assert seen[:20].all()
+    assert seen[40:].all()

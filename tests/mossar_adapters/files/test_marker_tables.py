@@ -291,3 +291,33 @@ def test_times_count_where_the_stated_rate_contradicts_them(sample):
     assert any("the times count; set --fps" in note for note in recording.notes)
     assert plain.notes == ()
     assert open_recording(path, ReadOptions(fps=25)).fps == 25
+
+
+def trc_with_times(path, rate, time):
+    """Write a TRC that says a rate, Hz, and has `time(k)` in row k."""
+    head = ["PathFileType\t4\t(X/Y/Z)\ta.trc", "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits"]
+    head += [
+        f"{rate}\t{rate}\t40\t2\tm",
+        "Frame#\tTime\tC7\t\t\tHips",
+        "\t\tX1\tY1\tZ1\tX2\tY2\tZ2",
+        "",
+    ]
+    rows = [f"{k + 1}\t{time(k)}\t0\t1.6\t0.{k:02}\t0\t1\t0" for k in range(40)]
+    path.write_text("\n".join([*head, *rows, ""]))
+    return open_recording(path)
+
+
+@pytest.mark.parametrize(
+    ("time", "why"), [(lambda k: f"{k}", "frame numbers"), (lambda k: f"{k * 20.0:.1f}", "step by 20 s")]
+)
+def test_the_stated_rate_counts_where_no_frames_have_such_times(tmp_path, time, why):
+    recording = trc_with_times(tmp_path / "a.trc", 50, time)
+    assert recording.fps == 50
+    assert np.diff([t for frames in recording.chunks() for t in frames.times]) == pytest.approx(1 / 50)
+    assert [note for note in recording.notes if why in note and "the heading counts; set --fps" in note]
+
+
+def test_times_that_are_rounded_do_not_contradict_the_stated_rate(tmp_path):
+    recording = trc_with_times(tmp_path / "a.trc", 60, lambda k: f"{k / 60:.2f}")
+    assert recording.fps == 60
+    assert not [note for note in recording.notes if "heading" in note]

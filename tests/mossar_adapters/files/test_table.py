@@ -60,6 +60,8 @@ def test_decimal_commas_are_read_where_commas_do_not_separate(tmp_path, delimite
         "{j} ({a})",
         "{j}.position.{a}",
         "{j}_{a} (mm)",
+        "{j}_t{a}",
+        "{j}.translate{A}",
         "{a}_{j}",
         '"{j}.{a}"',
     ],
@@ -69,6 +71,23 @@ def test_headings_of_many_spellings_are_understood(heading):
     columns = find_columns(cells)
     assert columns.joints == ("hip", "Left Hand")
     assert columns.xyz == ((1, 2, 3), (4, 5, 6))
+
+
+@pytest.mark.parametrize("begin", [0, 1])
+@pytest.mark.parametrize("heading", ["{j}_{k}", "{j}.{k}", "{j}[{k}]", "{j} ({k})"])
+def test_axes_may_be_numbers_behind_all_joints(heading, begin):
+    joints = ("hip", "C7", "Left Hand")
+    cells = ["time", *(heading.format(j=j, k=k + begin) for j in joints for k in range(3))]
+    columns = find_columns(cells)
+    assert (columns.joints, columns.time) == (joints, 0)
+    assert columns.xyz == ((1, 2, 3), (4, 5, 6), (7, 8, 9))
+
+
+@pytest.mark.parametrize(
+    "cells", [["spine_0", "spine_1", "spine_2"], ["a_0", "a_1", "a_2", "b_0", "b_1", "b_2", "c_0", "c_1"]]
+)
+def test_other_numbers_are_no_axes(cells):
+    assert find_columns(["time", *cells]) is None
 
 
 @pytest.mark.parametrize("heading", ["person_id", "bodyId", "Player", "subject name", "track.id"])

@@ -99,6 +99,23 @@ def test_frame_numbers_instead_of_times_are_not_used():
     assert "runs at another rate" in notes[0]
 
 
+@pytest.mark.parametrize("fps", [8, 30, 120])
+def test_a_clock_that_runs_backwards_is_not_used(fps):
+    times, _, notes, retimed = played(lambda t: 100 - t, fps)
+    assert times[0] == 100.0
+    assert times[4] > 100.0, "no later than after four frames they go on"
+    assert np.diff(times)[4:] == pytest.approx(1 / fps, abs=0.02)
+    assert len(notes) == 1
+    assert "runs backwards; frames get the times of their arrival" in notes[0]
+    assert retimed == len(times) - 4
+
+
+def test_frames_that_overtake_each_other_are_no_clock_that_runs_backwards():
+    order = [k + (2, 0, -2)[k % 3] for k in range(240)]  # 2 1 0, 5 4 3 and so on
+    _, _, notes, retimed = played(lambda t: order[round(t * 30)] / 30, 30)
+    assert (notes, retimed) == ([], 0)
+
+
 @pytest.mark.parametrize("fps", [30, 60])
 def test_a_clock_ten_times_as_fast_is_not_used(fps):
     times, _, notes, _ = played(lambda t: t * 10, fps)
