@@ -177,6 +177,33 @@ def test_rubbish_floods_and_readers_that_never_read_do_no_harm(start, ports):
     assert sizes[-1] - sizes[3] < 30, f"MiB grow: {sizes}; {said}"
 
 
+def test_a_pipe_that_is_never_read_holds_up_neither_frames_nor_the_end(process, ports, tmp_path):
+    _, _, zmq_out, _, control = ports
+    read, write = os.pipe()
+    with (tmp_path / "said").open("wb") as said:
+        running = process(
+            "run", "demo:?fps=240&performers=2", "--speed", "4", "--limbs", "--to", "-", "--to",
+            f"zmq+bind://127.0.0.1:{zmq_out}", "--control", f"zmq+bind://127.0.0.1:{control}",
+            stdout=write, stderr=said,
+        )  # fmt: skip
+        os.close(write)
+        try:
+            asked(control, {"get": "settings"}, 100)
+            with subscribed(zmq_out) as reading:
+                for _ in range(400):  # twice as much as fits into the pipe
+                    assert reading.recv_multipart()
+            before = sum(row["frames"] for row in asked(control, {"get": "stats"}).values())
+            time.sleep(1.0)
+            assert sum(row["frames"] for row in asked(control, {"get": "stats"}).values()) > before
+            running.send_signal(signal.SIGINT)
+            assert running.wait(30) == 130
+        finally:
+            os.close(read)
+    told = (tmp_path / "said").read_text()
+    assert "standard output does not take its events" in told
+    assert "Traceback" not in told
+
+
 def resident(pid):
     """Return the memory of a process in MiB."""
     if sys.platform != "linux":
