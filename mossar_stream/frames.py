@@ -80,7 +80,7 @@ def refuse_text_as_rate(fps: object) -> None:
     """
     if isinstance(fps, str):
         raise TypeError(f"fps is a number in Hz, not the text {fps[:40]!r}: float(fps)")
-    if np.ndim(fps) > 0:  # type: ignore[arg-type] - of anything
+    if isinstance(fps, list | tuple) or getattr(fps, "ndim", 0) > 0:
         raise TypeError("fps is a number in Hz, not an array; the times of frames go by name: times=...")
 
 

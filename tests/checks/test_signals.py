@@ -27,6 +27,7 @@ LOST = "Exception ignored in: <function _get_module_lock.<locals>.cb at 0x7f8153
             "Fatal Python error: init_import_site: Failed to import the site module\n",
             "",
         ),
+        (signal.SIGINT, 0.2, 1, "Could not import runpy module\nTraceback (most recent call last):\n", ""),
         (signal.SIGINT, 60.1, -9, f"{LOST}\nKeyboardInterrupt:\n", ""),
         (signal.SIGTERM, 60.1, -9, f"{LOST}\nKeyboardInterrupt:\n", "took 60.1 s"),
         (signal.SIGTERM, 0.0, 1, "Fatal Python error: init_import_site: Failed\n", "status 1"),

@@ -30,7 +30,7 @@ EXPECTED = {
 }
 GRACE = 60.0  # s after which a process that does not end is killed
 # What Python says, with status 1, of a SIGINT in its first hundredths of a second, before any code of ours runs.
-PYTHON_STARTS = "Fatal Python error: init_"
+PYTHON_STARTS = ("Fatal Python error: init_", "Could not import runpy module")
 # What Python says of a SIGINT that it discards, as no handler of ours does: it came while a module's lock was removed.
 PYTHON_DISCARDS = "Exception ignored in: <function _get_module_lock"
 BAD_WORDS = ("internal error", "Segmentation", "Fatal", "Exception ignored", "terminate called")

@@ -70,8 +70,6 @@ class LoadedRecording(msgspec.Struct, frozen=True):
         """
         low = -np.inf if begin is None else begin
         high = np.inf if until is None else until
-        if low > high:
-            raise FileError(self.name, f"a part begins before it ends, not from {low:g} s until {high:g} s")
         inside = np.flatnonzero((self.times >= low) & (self.times <= high))
         if not len(inside):
             length = (
@@ -82,7 +80,8 @@ class LoadedRecording(msgspec.Struct, frozen=True):
             asked = ("" if begin is None else f" from {begin:g} s") + (
                 "" if until is None else f" until {until:g} s"
             )
-            raise FileError(self.name, f"there are no frames{asked}; {length}")
+            what = "there are no frames" if low <= high else "a part begins before it ends, not"
+            raise FileError(self.name, f"{what}{asked}; {length}")
         first, end = int(inside[0]), int(inside[-1]) + 1
         if end - first == len(self.times):
             return self
