@@ -29,6 +29,7 @@ MoveStatus = Literal["confirmed", "withdrawn", "final"]
 RepetitionStatus = Literal["counted", "withdrawn"]
 StepStatus = Literal["strike", "off"]
 FollowStatus = Literal["begun", "progress", "done", "left"]
+LeftReason = Literal["", "unfinished", "movement", "once", "another", "hidden", "gap"]
 PoseStatus = Literal["entered", "held", "left"]
 Side = Literal["left", "right"]
 StreamChange = Literal["started", "stalled", "resumed", "reset", "ended"]
@@ -36,6 +37,7 @@ StreamChange = Literal["started", "stalled", "resumed", "reset", "ended"]
 KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = get_args(KeyFrameStatus)
 KEY_FRAME_KINDS: tuple[KeyFrameKind, ...] = get_args(KeyFrameKind)
 STEP_STATUSES: tuple[StepStatus, ...] = get_args(StepStatus)
+LEFT_REASONS: tuple[LeftReason, ...] = get_args(LeftReason)
 FOLLOW_STATUSES: tuple[FollowStatus, ...] = get_args(FollowStatus)
 POSE_STATUSES: tuple[PoseStatus, ...] = get_args(PoseStatus)
 REPETITION_STATUSES: tuple[RepetitionStatus, ...] = get_args(RepetitionStatus)
@@ -348,12 +350,17 @@ class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", k
         tempo: Relative to the example, over the last second; 1.2 is a fifth faster. Of `done` that of the whole.
         certainty: 0 to 1: how likely the performance will be done.
         deviation: Root mean square angle between the directions of bones and the example's, since `start`, degrees.
-        limbs: The same for each limb that was not hidden for more than a third of the performance.
+        posture: The part of it that is the same from begin to end, degrees: a difference of two bodies, of two places of a
+            sensor, or of a stance.
+        limbs: The deviation of each limb that was not hidden for more than a third of the performance.
         joint: End of the bone that deviates most; empty if all bones were hidden.
         range: When `done`: extent of each limb's path relative to the example's, for those of `limbs` that move in the
             example; else None.
         score: When `done`: 0 to 1, the similarity of the performance and the examples; else None.
         decided_time: Time of the frame that caused this message, s.
+        reason: When `left`: `unfinished` if the end of the example was not reached; `movement` if the movement differs too
+            much from it; `once` if it differs less, so that it counts as soon as the next performance is like it; `another`
+            if another followed move fits better; `hidden` if no bone was seen; `gap` if frames were missing. Else empty.
     """
 
     v: int = SCHEMA_VERSION
@@ -375,6 +382,8 @@ class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", k
     range: dict[str, float] | None
     score: float | None
     decided_time: float
+    posture: float = 0.0
+    reason: LeftReason = ""
 
     limb = property(_most_deviant_limb)
 

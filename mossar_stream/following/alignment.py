@@ -37,6 +37,7 @@ class FollowState(msgspec.Struct, frozen=True):
     deviation: float
     limbs: dict[str, float]
     joint: str
+    posture: float
 
 
 def checked_follow(follow: Iterable[str] | bool, moves: Moves | None) -> Follow:

@@ -11,6 +11,7 @@ cdef enum:
     LONGER = 16  # samples beyond twice an example that are remembered
     RECENT_SAMPLES = 16  # samples of which the progress is remembered, for the tempo
     TEMPO_SAMPLES = 15  # over which it is taken: 1 s
+    NEAR_PHASES = 8  # of a performance, at which the next one is compared with it
 
 cdef struct FollowHead:  # The head of a bank; its arrays follow.
     int64_t points  # K
@@ -45,6 +46,14 @@ cdef struct FollowedExample:
     int64_t memory  # where its cells begin in the memory of a performer, bytes
 
 
+cdef struct NearMiss:  # The latest performance that was done, or nearly done.
+    int64_t is_known  # whether there is one
+    int64_t is_done  # whether it was reported as done
+    double rank
+    int64_t first  # sample
+    int64_t last
+
+
 cdef struct FollowedMove:
     int64_t active  # whether it is being made
     int64_t number  # of the latest performance
@@ -73,6 +82,8 @@ cdef struct FollowedMove:
     double done  # rank of the latest performance that was done, inf if there is none
     int64_t done_first  # its samples
     int64_t done_last
+    NearMiss near
+    int64_t refused  # why the latest end of the performance was not done
     float recent[16]  # RECENT_SAMPLES, progress at the last samples
     int64_t recents
 
@@ -86,12 +97,14 @@ cdef struct FollowReport:  # What is reported of a move, rounded; the deviation 
     double progress
     double tempo
     double deviation  # degrees
+    double posture  # degrees, of it what is the same from begin to end
     double joint  # bone that strays farthest, -1 for none
     double example
     double cost
     double gain
     double went
     double residual
+    double refused
 
 
 cdef struct FollowingState:
@@ -127,7 +140,12 @@ cdef struct FollowMemory:  # The parts of a performer's memory, besides the cell
     float* distances  # (n,) scratch: of the sample from each phase
     float* products  # (n,) scratch: the same, how far it lies in the phase's direction
     FloatRows strays  # (M, B) mean square of chords; `UNJUDGED` of hidden bones
+    FloatRows standing  # (M, B) square of the mean chord
     float* boxes  # (M, 2, B, 3) least and largest directions of the last performance
+    DoubleRows near_reports  # (M, as `reports`) of the latest performance that was nearly done
+    float* near_boxes  # (M, 2, B, 3) the same as `boxes`, of it
+    float* near_poses  # (M, NEAR_PHASES, B, 3) directions in it
+    FloatPlanes likely  # (NEAR_PHASES, B, 3) scratch: the same of the one that is looked at
     float* rings  # (R, ring, B, 3) directions of the last samples
     FloatRows means  # (B, 3) scratch: mean difference of directions along a way
     Int32Rows way  # (2, 2 * ring) scratch: samples and phases that a way brings together
@@ -206,15 +224,23 @@ cdef FollowMemory open_follow_memory(uint8_t* memory, FollowHead* head) noexcept
     known.reports = doubles_in_rows(
         <double*>(known.happened + moves), moves, sizeof(FollowReport) // sizeof(double) + head.limbs
     )
-    known.poses.at = <float*>(known.reports.at + moves * known.reports.columns)
+    known.near_reports = doubles_in_rows(
+        known.reports.at + moves * known.reports.columns, moves, known.reports.columns
+    )
+    known.poses.at = <float*>(known.near_reports.at + moves * known.reports.columns)
     known.poses.planes, known.poses.rows, known.poses.columns = 2, points, 3
     known.absences = known.poses.at + 6 * points
     known.directions = floats_in_rows(known.absences + points, bones, 3)
     known.distances = known.directions.at + 3 * bones
     known.products = known.distances + head.phases
     known.strays = floats_in_rows(known.products + head.phases, moves, bones)
-    known.boxes = known.strays.at + moves * bones
-    known.rings = known.boxes + moves * 6 * bones
+    known.standing = floats_in_rows(known.strays.at + moves * bones, moves, bones)
+    known.boxes = known.standing.at + moves * bones
+    known.near_boxes = known.boxes + moves * 6 * bones
+    known.near_poses = known.near_boxes + moves * 6 * bones
+    known.likely.at = known.near_poses + moves * NEAR_PHASES * 3 * bones
+    known.likely.planes, known.likely.rows, known.likely.columns = NEAR_PHASES, bones, 3
+    known.rings = known.likely.at + NEAR_PHASES * 3 * bones
     known.means = floats_in_rows(known.rings + head.strides * head.ring * 3 * bones, bones, 3)
     known.way = ints32_in_rows(<int32_t*>(known.means.at + 3 * bones), 2, 2 * head.ring)
     known.hidden.at = <uint8_t*>(known.way.at + 4 * head.ring)
@@ -237,11 +263,11 @@ cdef inline float* row_of_ring(FollowMemory* known, int64_t ring, int64_t line) 
     return known.rings + (ring * known.hidden.rows + line) * known.hidden.columns * 3
 
 
-cdef inline FloatPlanes box_of(FollowMemory* known, int64_t m) noexcept nogil:
-    """Return the least and the largest directions of the last performance of a move, (2, B, 3)."""
+cdef inline FloatPlanes box_of(FollowMemory* known, float* boxes, int64_t m) noexcept nogil:
+    """Return the least and the largest directions of a performance of a move, (2, B, 3), in `boxes` or `near_boxes`."""
     cdef FloatPlanes found
     found.planes, found.rows, found.columns = 2, known.strays.columns, 3
-    found.at = known.boxes + m * 6 * found.rows
+    found.at = boxes + m * 6 * found.rows
     return found
 
 

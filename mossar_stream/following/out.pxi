@@ -1,6 +1,6 @@
 """Out: the events of moves that are followed."""
 
-from mossar_stream.events import FollowEvent
+from mossar_stream.events import LEFT_REASONS, FollowEvent
 
 # How likely a performance that has begun will be done. Logistic regression on 18,794 messages about right and wrong
 # repetitions, other people's examples and other exercises; each of five people left out in turn gives the same table of
@@ -64,8 +64,10 @@ cdef class FollowReader(Reader):
         """Decide what is being made; `pending` gets the events."""
         cdef FollowMemory known = self.known()
         cdef int64_t m
-        finish_following(known.memory, <uint8_t*>cnp.PyArray_DATA(self.store))
-        self.report(take, NULL, pending)
+        cdef bint more = True
+        while more:
+            more = finish_following(known.memory, <uint8_t*>cnp.PyArray_DATA(self.store))
+            self.report(take, NULL, pending)
         for m in range(len(self.names)):
             known.happened[m] = MOVE_UNCHANGED
         return 0
@@ -98,7 +100,7 @@ cdef class FollowReader(Reader):
         return {
             "example": <int64_t>report.example, "count": <int64_t>report.count, "start": report.start,
             "time": report.time, "progress": report.progress, "tempo": report.tempo, "certainty": certainty(report),
-            "deviation": report.deviation, "limbs": self.judged(report), "joint": self.joint(report),
+            "deviation": report.deviation, "posture": report.posture, "limbs": self.judged(report), "joint": self.joint(report),
         }
 
     cdef dict judged(self, FollowReport* report):
@@ -122,18 +124,19 @@ cdef class FollowReader(Reader):
             status="begun" if what == MOVE_BEGUN else "progress" if what == MOVE_GOES_ON else "done" if is_done else "left",
             take=take, count=<int64_t>report.count, start=report.start, time=report.time, progress=report.progress,
             tempo=report.tempo, certainty=1.0 if is_done else 0.0 if what == MOVE_LEFT else certainty(report),
-            deviation=report.deviation, limbs=limbs, joint=self.joint(report),
-            range=self.range(known, m, limbs) if is_done else None,
+            deviation=report.deviation, posture=report.posture, limbs=limbs, joint=self.joint(report),
+            range=self.range(<int64_t>report.example, m, limbs) if is_done else None,
             score=round(1.0 / (1.0 + (report.deviation / FAIR) ** 2), 3) if is_done else None,
             decided_time=known.state.time,
+            reason=LEFT_REASONS[<int64_t>report.refused] if what == MOVE_LEFT else "",
         )
 
-    cdef dict range(self, FollowMemory* known, int64_t m, dict judged):
+    cdef dict range(self, int64_t example, int64_t m, dict judged):
         """Return the extent of each judged limb's path relative to the example's; of limbs that move in the example."""
         cdef dict went = self.extent(self.boxes[m, 1] - self.boxes[m, 0])
         return {
             name: round(went[name] / far, 3)
-            for name, far in self.extents[known.moves[m].example].items()
+            for name, far in self.extents[example].items()
             if far >= MOVES_LEAST and name in judged
         }
 

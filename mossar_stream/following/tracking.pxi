@@ -5,12 +5,21 @@ along the performer is. A way that has reached the end of its example is decided
 better. It is done if it explains the movement well enough: what is left of its costs, once constant
 differences are taken away, is compared with the costs of a performer who stands still. Once a performer has
 done a move, it may be done less well.
+
+People differ more than performances of one person do. So a performance that is nearly done is remembered. If the next
+one is like it, both are done: chance does not repeat itself. The first one is then reported late.
 """
 
 # Chosen on five people and ten exercises, people left out in turn; all lie on wide plateaus
 # (docs/lab-notes/following.md).
 cdef double MOST_LEFT = 0.9  # residual above which nothing was done
 cdef double MORE_LEFT = 1.4  # times that, for a performer who has done it before in the take
+cdef double MOST_NEAR = 1.6  # residual below which a performance was nearly done
+cdef double MOST_UNLIKE = 0.9  # cost of one performance as an example of the next, above which they are not alike
+cdef double NEAR_GAIN = 0.15  # gain below which nothing was nearly done
+cdef double NEAR_DEAREST = 14.0  # cost above which nothing was, relative to the gain
+cdef double MOST_COMMON = 3.0  # samples that two performances share
+cdef double FARTHEST_AFTER = 3.0  # longest rest between them, in lengths of the longer one
 cdef double LEAST_GAIN = 0.25  # gain below which nothing was done
 cdef double GAIN_WORTH = 0.6  # by how much a gain of 1 lowers the rank of an end
 cdef double CLEARLY = 0.3  # by how much another move must rank better to be the one that was made
@@ -31,6 +40,13 @@ cdef enum:  # what happened to a move
     MOVE_GOES_ON = 2
     MOVE_DONE = 3
     MOVE_LEFT = 4
+cdef enum:  # why a performance was not done, in the order of `LEFT_REASONS` in events.py, the first of which is none
+    BY_BREAK = 1  # it has not come to the end of the example
+    BY_MOVEMENT = 2  # the movement differs from the example's
+    BY_ONCE = 3  # the same, so little that one more like it would count
+    BY_ANOTHER = 4  # another followed move explains it better
+    BY_HIDDEN = 5  # no bone was seen
+    BY_GAP = 6  # frames were missing
 
 
 cdef int64_t follow_frame(
@@ -58,20 +74,26 @@ cdef int64_t follow_frame(
     return 1 if known.state.happened else 0
 
 
-cdef void finish_following(uint8_t* memory, uint8_t* store) noexcept nogil:
-    """Decide everything at the end of a take; see `happened` of the moves."""
+cdef bint finish_following(uint8_t* memory, uint8_t* store) noexcept nogil:
+    """Decide everything at the end of a take; see `happened` of the moves.
+
+    Returns:
+        Whether there is more to be decided: a performance came after one that is reported late.
+    """
     cdef FollowBank bank
     cdef FollowMemory known
     cdef int64_t m
+    cdef bint more = False
     bank = open_follow_bank(store)
     known = open_follow_memory(memory, bank.head)
     known.state.happened = 0
     for m in range(bank.head.moves):
         known.happened[m] = MOVE_UNCHANGED
-        if known.moves[m].best < INFINITY and _is_done(&known, &bank, m):
-            _finish(&known, &bank, m)
+        if known.moves[m].best < INFINITY and _decide_end(&known, &bank, m):
+            more |= known.moves[m].best < INFINITY
         elif known.moves[m].active:
             _give_up(&known, &bank, m)
+    return more
 
 
 cdef void evaluate_move(uint8_t* memory, uint8_t* store, int64_t m) noexcept nogil:
@@ -129,8 +151,10 @@ cdef void _restart(FollowMemory* known, FollowBank* bank) noexcept nogil:
     known.state.samples = 0
     for m in range(bank.head.moves):
         if known.moves[m].active:
+            known.moves[m].refused = BY_GAP
             _give_up(known, bank, m)
         known.moves[m].best = known.moves[m].done = INFINITY
+        known.moves[m].near.is_known = 0
     for t in range(bank.head.examples):
         cells = open_cells(known.memory, &bank.examples[t])
         forget_ways(&cells, MOST_SAMPLES)
@@ -149,6 +173,7 @@ cdef void _report_move(FollowMemory* known, FollowBank* bank, int64_t m, int64_t
     if what == MOVE_BEGUN:
         move.active = 1
         move.recents = 0
+        move.refused = BY_BREAK
     elif what != MOVE_GOES_ON:
         move.active = 0
     move.rev += 1
@@ -162,22 +187,24 @@ cdef void write_report(FollowMemory* known, FollowBank* bank, int64_t m, int64_t
     cdef const float* strays
     cdef const float* weights
     cdef double* limbs
-    cdef double farthest, deviation, unjudged, angle
+    cdef const float* standing
+    cdef double farthest, deviation, posture, unjudged, angle
     cdef int64_t limb, b, joint, count, judged
     move = &known.moves[m]
     report = <FollowReport*>row_of_doubles(known.reports, m).at
     limbs = <double*>(report + 1)
-    strays = row_of_floats(known.strays, m).at
+    strays, standing = row_of_floats(known.strays, m).at, row_of_floats(known.standing, m).at
     weights = row_of_floats(weights_of_bones(bank), move.example).at
     for limb in range(bank.head.limbs):
         limbs[limb] = 0.0
-    farthest, joint, deviation, unjudged = -1.0, -1, 0.0, 0.0
+    farthest, joint, deviation, posture, unjudged = -1.0, -1, 0.0, 0.0, 0.0
     for b in range(bank.head.bones):
         if strays[b] == UNJUDGED:
             unjudged += weights[b]
             continue
-        angle = 2.0 * asin(0.5 * sqrt(min(max(<double>strays[b], 0.0), 4.0))) * DEGREES
+        angle = _angle_of(strays[b])
         deviation += angle * weights[b]
+        posture += _angle_of(standing[b]) * weights[b]
         if angle > farthest:
             farthest, joint = angle, b
         if bank.bones[b].limb >= 0:
@@ -190,12 +217,19 @@ cdef void write_report(FollowMemory* known, FollowBank* bank, int64_t m, int64_t
         limbs[limb] = NAN if 2 * judged < count else _rounded(limbs[limb] / judged, 100.0)
     if joint >= 0:
         deviation /= 1.0 - unjudged
+        posture /= 1.0 - unjudged
     report.number, report.rev, report.count = move.number, move.rev, move.count
     report.start, report.time = _rounded(move.start, 1e6), _rounded(move.time, 1e6)
     report.progress, report.tempo = _rounded(move.progress, 1e4), _rounded(_tempo(move, bank, what), 1e3)
     report.deviation, report.joint, report.example = _rounded(deviation, 100.0), joint, move.example
+    report.posture = _rounded(posture, 100.0)
     report.cost, report.gain, report.went = move.cost, move.gain, move.went
-    report.residual = move.residual
+    report.residual, report.refused = move.residual, move.refused
+
+
+cdef inline double _angle_of(double square) noexcept nogil:
+    """Return the angle whose chord has this square, degrees."""
+    return 2.0 * asin(0.5 * sqrt(min(max(square, 0.0), 4.0))) * DEGREES
 
 
 cdef inline double _rounded(double number, double parts) noexcept nogil:
@@ -254,7 +288,7 @@ cdef void _note_end(
         place = layer * cells.costs.columns + end
         gain = <double>cells.gains.at[place] / (end + 1)
         rank = <double>cells.costs.at[place] / cells.weights.at[place] - GAIN_WORTH * gain
-        if rank < move.best and gain > LEAST_GAIN and rank + GAIN_WORTH * gain < DEAREST_END * gain:
+        if rank < move.best and gain > NEAR_GAIN and rank + GAIN_WORTH * gain < NEAR_DEAREST * gain:
             move.best = rank
             move.best_gain = gain
             move.best_first = cells.firsts.at[place] * example.stride
@@ -296,27 +330,66 @@ cdef void _see_who_leads(
     stride = bank.examples[move.best_example].stride
     waits = waits and samples - move.best_last <= WAITED * stride
     if is_over and not waits and known.happened[m] == MOVE_UNCHANGED:
-        if _is_done(known, bank, m):
-            _finish(known, bank, m)
+        if _decide_end(known, bank, m):
             return
         move.best = INFINITY
     if leader >= 0:
         _go_on(known, bank, m, leader, layer, phase)
 
 
-cdef bint _is_done(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
-    """Tell whether the best end explains the movement well enough; note how far each bone strays in it."""
-    cdef FollowedMove* move
-    cdef FollowedExample* example
-    move = &known.moves[m]
-    example = &bank.examples[move.best_example]
+cdef bint _decide_end(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
+    """Decide about the best end.
+
+    Returns:
+        Whether a performance is done: the one that has ended, or the one before, and then the best end stays.
+    """
+    cdef FollowedMove* move = &known.moves[m]
+    cdef FollowedExample* example = &bank.examples[move.best_example]
+    cdef int64_t count
+    cdef bint alike
     move.example, move.layer = move.best_example, move.best_layer
     move.phase = example.phases - 1
     move.first, move.last = move.best_first // example.stride, move.best_last // example.stride
-    measure_way(known, bank, m)
-    if _is_another(known, bank.head.moves, m) or _is_unjudged(row_of_floats(known.strays, m)):
+    count = measure_way(known, bank, m)
+    if _is_another(known, bank.head.moves, m):
+        move.refused = BY_ANOTHER
         return False
-    return move.residual < (MOST_LEFT * MORE_LEFT if move.count else MOST_LEFT)
+    if _is_unjudged(row_of_floats(known.strays, m)):
+        move.refused = BY_HIDDEN
+        return False
+    _note_poses(known, bank, m, count)
+    if _is_done_alone(move):
+        _finish(known, bank, m)
+        return True
+    if not move.residual < MOST_NEAR:
+        move.refused = BY_MOVEMENT
+        return False
+    alike = _is_like_the_one_before(known, bank, m)
+    if alike and move.near.is_done:
+        _finish(known, bank, m)
+        return True
+    if alike:
+        _finish_earlier(known, m)
+        return True
+    move.refused = BY_ONCE
+    if not _is_the_same(move) or move.best < move.near.rank:
+        _remember(known, bank, m, False)
+        _note_near_report(known, bank, m)
+    return False
+
+
+cdef inline bint _is_done_alone(FollowedMove* move) noexcept nogil:
+    """Tell whether the best end is done, whatever the performance before was."""
+    cdef double gain = move.best_gain
+    return (
+        gain > LEAST_GAIN and move.best + GAIN_WORTH * gain < DEAREST_END * gain
+        and move.residual < (MOST_LEFT * MORE_LEFT if move.count else MOST_LEFT)
+    )
+
+
+cdef inline bint _is_the_same(FollowedMove* move) noexcept nogil:
+    """Tell whether the best end is that of the performance that is remembered, aligned in another way."""
+    return move.near.is_known and move.best_first < move.near.last - MOST_COMMON
 
 
 cdef inline bint _is_unjudged(Floats strays) noexcept nogil:
@@ -326,6 +399,21 @@ cdef inline bint _is_unjudged(Floats strays) noexcept nogil:
         if strays.at[b] > UNJUDGED:
             return False
     return True
+
+
+cdef void _note_poses(FollowMemory* known, FollowBank* bank, int64_t m, int64_t count) noexcept nogil:
+    """Write the directions at some phases of the performance whose way was traced last into `likely`."""
+    cdef FollowedExample* example = &bank.examples[known.moves[m].example]
+    cdef int64_t n, k, wanted, size = 3 * bank.head.bones
+    for n in range(NEAR_PHASES):
+        wanted, k = n * (example.phases - 1) // (NEAR_PHASES - 1), 0
+        while k < count - 1 and known.way.at[known.way.columns + k] > wanted:
+            k += 1
+        memcpy(
+            plane_of_floats(known.likely, n).at,
+            row_of_ring(known, example.ring, in_ring(known.way.at[k], known.hidden.rows)),
+            size * sizeof(float),
+        )
 
 
 cdef bint _is_another(FollowMemory* known, int64_t moves, int64_t m) noexcept nogil:
@@ -348,7 +436,7 @@ cdef bint _is_another(FollowMemory* known, int64_t moves, int64_t m) noexcept no
     return False
 
 
-cdef void measure_way(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
+cdef int64_t measure_way(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
     """Note how far each bone strays along the way of a move, and what is left of its costs."""
     cdef FollowedMove* move
     cdef FollowedExample* example
@@ -359,8 +447,9 @@ cdef void measure_way(FollowMemory* known, FollowBank* bank, int64_t m) noexcept
     cells = open_cells(known.memory, example)
     count = trace(&cells, known.way, move)
     move.residual = measure_strays(
-        known, bank, example, count, row_of_floats(known.strays, m).at
+        known, bank, example, count, row_of_floats(known.strays, m).at, row_of_floats(known.standing, m).at
     ) / example.dear
+    return count
 
 
 cdef void _go_on(
@@ -432,24 +521,101 @@ cdef void _give_up(FollowMemory* known, FollowBank* bank, int64_t m) noexcept no
 cdef void _finish(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
     """Report a performance that is done; the next one begins after its end."""
     cdef FollowedMove* move
-    cdef FollowingState* state
     cdef FollowedExample* other
     cdef Cells cells
     cdef int64_t t
-    move, state = &known.moves[m], known.state
-    move.progress, move.gain = 1.0, move.best_gain
-    move.start = state.sampled - (state.samples - move.best_first) * PERIOD
-    move.time = state.sampled - (state.samples - move.best_last) * PERIOD
+    move = &known.moves[m]
+    _come_to_end(known, move)
     move.done, move.done_first, move.done_last = move.best, move.best_first, move.best_last
+    _remember(known, bank, m, True)
+    memcpy(
+        box_of(known, known.boxes, m).at, box_of(known, known.near_boxes, m).at, 6 * bank.head.bones * sizeof(float)
+    )
     move.best = INFINITY
     move.count += 1
-    _note_box(box_of(known, m), ring_of(known, bank.examples[move.example].ring), move.first, move.last)
     _report_move(known, bank, m, MOVE_DONE)
     for t in range(bank.head.examples):
         other = &bank.examples[t]
         if other.move == m:
             cells = open_cells(known.memory, other)
             forget_ways(&cells, (move.best_last + other.stride - 1) // other.stride)
+
+
+cdef void _come_to_end(FollowMemory* known, FollowedMove* move) noexcept nogil:
+    """Set the numbers of a move to those of its best end."""
+    cdef FollowingState* state = known.state
+    move.progress, move.gain = 1.0, move.best_gain
+    move.start = state.sampled - (state.samples - move.best_first) * PERIOD
+    move.time = state.sampled - (state.samples - move.best_last) * PERIOD
+
+
+cdef void _note_near_report(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
+    """Note what will be reported of a performance that is nearly done, if the next one is like it."""
+    cdef FollowedMove* move = &known.moves[m]
+    cdef double start = move.start, time = move.time, progress = move.progress, gain = move.gain
+    _come_to_end(known, move)
+    write_report(known, bank, m, MOVE_DONE)
+    memcpy(
+        row_of_doubles(known.near_reports, m).at, row_of_doubles(known.reports, m).at,
+        known.reports.columns * sizeof(double),
+    )
+    move.start, move.time, move.progress, move.gain = start, time, progress, gain
+
+
+cdef void _finish_earlier(FollowMemory* known, int64_t m) noexcept nogil:
+    """Report the performance that was nearly done as done, late, under a number of its own."""
+    cdef FollowedMove* move = &known.moves[m]
+    cdef FollowReport* report = <FollowReport*>row_of_doubles(known.reports, m).at
+    cdef FloatPlanes box = box_of(known, known.boxes, m)
+    memcpy(report, row_of_doubles(known.near_reports, m).at, known.reports.columns * sizeof(double))
+    memcpy(box.at, box_of(known, known.near_boxes, m).at, 6 * box.rows * sizeof(float))
+    known.state.number += 1
+    move.count += 1
+    report.number, report.rev, report.count = known.state.number, 1, move.count
+    move.near.is_done = 1
+    move.done, move.done_first, move.done_last = move.near.rank, move.near.first, move.near.last
+    known.happened[m] = MOVE_DONE
+    known.state.happened = 1
+
+
+cdef void _remember(FollowMemory* known, FollowBank* bank, int64_t m, bint is_done) noexcept nogil:
+    """Remember the performance that has ended, as the one that the next one may be like."""
+    cdef FollowedMove* move = &known.moves[m]
+    cdef NearMiss* near = &move.near
+    cdef int64_t size = NEAR_PHASES * 3 * bank.head.bones
+    near.is_known, near.is_done = 1, is_done
+    near.rank, near.first, near.last = move.best, move.best_first, move.best_last
+    memcpy(known.near_poses + m * size, known.likely.at, size * sizeof(float))
+    _note_box(
+        box_of(known, known.near_boxes, m), ring_of(known, bank.examples[move.example].ring), move.first, move.last
+    )
+
+
+cdef bint _is_like_the_one_before(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
+    """Tell whether the performance that has ended is like the one that is remembered, and followed soon after it."""
+    cdef FollowedMove* move = &known.moves[m]
+    cdef NearMiss* near = &move.near
+    cdef FollowedExample* example = &bank.examples[move.example]
+    cdef int64_t longer = max(move.best_last - move.best_first, near.last - near.first)
+    cdef int64_t d, bones = bank.head.bones
+    cdef float total, square, difference
+    cdef const float* here
+    cdef const float* before
+    cdef int64_t n
+    if not near.is_known or _is_the_same(move):
+        return False
+    if move.best_first - near.last > FARTHEST_AFTER * longer:
+        return False
+    before = known.near_poses + m * NEAR_PHASES * 3 * bones
+    here = known.likely.at
+    total = 0.0
+    for n in range(NEAR_PHASES * bones):
+        square = 0.0
+        for d in range(3 * n, 3 * n + 3):
+            difference = here[d] - before[d]
+            square += difference * difference
+        total += min(square, CAP)
+    return total < MOST_UNLIKE * NEAR_PHASES * bones * example.dear
 
 
 cdef void _note_box(FloatPlanes box, FloatPlanes ring, int64_t first, int64_t last) noexcept nogil:

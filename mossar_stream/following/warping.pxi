@@ -159,7 +159,7 @@ cdef inline int64_t _write_pair(Int32Rows way, int64_t count, int64_t at, int64_
 
 
 cdef float measure_strays(
-    FollowMemory* known, FollowBank* bank, FollowedExample* example, int64_t count, float* strays
+    FollowMemory* known, FollowBank* bank, FollowedExample* example, int64_t count, float* strays, float* standing
 ) noexcept nogil:
     """Note how far each bone strays along a traced way, and return the cost without constant differences.
 
@@ -172,6 +172,7 @@ cdef float measure_strays(
         count: Of pairs.
         strays: (B,) gets the mean square of the chord where the bone was seen; `UNJUDGED` if it was hidden
             for too long.
+        standing: (B,) gets the square of the mean chord, which is the same from begin to end.
 
     Returns:
         Mean over pairs and bones of the square of the chord that is left, each at most `CAP`.
@@ -201,6 +202,7 @@ cdef float measure_strays(
                 mean[d] += share * difference
                 square += is_seen * difference * difference
         strays[b] = square * (<float>1.0 / seen) if seen >= LEAST_SEEN * count else UNJUDGED
+        standing[b] = mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]
         for k in range(count):
             sample = row_of_ring(known, example.ring, in_ring(known.way.at[k], known.hidden.rows)) + 3 * b
             shown = _shown_at(directions, b, known.way.at[known.way.columns + k])

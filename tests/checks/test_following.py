@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from checks import following
+from mossar_stream.moves.mirroring import mirrored_joints
 
 
 def raised(joints, far, seed):
@@ -83,3 +84,55 @@ def test_a_folder_is_needed(monkeypatch, capsys):
     with pytest.raises(SystemExit):
         following.main()
     assert "folder" in capsys.readouterr().err
+
+
+def test_without_options_the_examples_of_others_have_rows_beside_the_own_ones(tmp_path, monkeypatch, capsys):
+    for person in range(3):
+        arrays = {}
+        for name, joints in (("m01", [8, 9]), ("m02", [19, 20, 21])):
+            for k in range(4):
+                arrays[f"{name}_right_{k}"] = raised(joints, 0.7, 10 * person + k)
+                arrays[f"{name}_wrong_{k}"] = raised([*joints, 12, 13], 0.4, 50 + 10 * person + k)
+        np.savez(tmp_path / f"s0{person}.npz", **arrays)
+    monkeypatch.setattr(sys, "argv", ["checks.following", str(tmp_path)])
+    following.main()
+    said = capsys.readouterr().out
+    for kind in ("one other", "two each of all others"):
+        assert (
+            f"followed_by_others, {kind}: exact 1.00 (worst person 1.00), within one 1.00, AUC 1.000" in said
+        )
+
+
+def test_the_mirror_image_of_another_person_counts():
+    shown = [raised([12, 13], 0.7, 1)]  # the other arm
+    image = shown[0][:, mirrored_joints(following.SKELETON)] * np.array([-1, 1, 1], np.float32)
+    made = [raised([12, 13], 0.7, 2), raised([12, 13], 0.7, 3)]
+    done = following.followed([image], made, mirrored=True)
+    assert sum(event.status == "done" for event in done) == 2
+    assert not any(event.status == "done" for event in following.followed([image], made))
+
+
+def test_moves_are_recognised_with_the_examples_of_others(tmp_path, monkeypatch, capsys):
+    still = np.repeat(raised([8], 0.0, 0)[:1], 60, axis=0)
+    names, parents = following.SKELETON.names, following.SKELETON.parents
+    for folder in ("samples", "sessions"):
+        (tmp_path / folder).mkdir()
+    for k, player in enumerate(("ann", "bob")):
+        shown = {
+            "arms_1": raised([8, 9], 0.7, 10 + k),
+            "arms_2": raised([8, 9], 0.7, 20 + k),
+            "legs_1": raised([19, 20, 21], 0.7, 30 + k),
+            "legs_2": raised([19, 20, 21], 0.7, 40 + k),
+        }
+        np.savez(tmp_path / "samples" / f"{player}.npz", **shown)
+        made = [still, raised([8, 9], 0.7, 50 + k), still, raised([19, 20, 21], 0.7, 60 + k), still, still]
+        place = tmp_path / "sessions" / f"{player}.npz"
+        np.savez(place, positions=np.concatenate(made), fps=30.0, joint_names=names, parents=parents)
+        label = {"recording": place.name, "commands": [[0, 150, "arms"], [150, 360, "legs"]], "unit": "m"}
+        place.with_suffix(".json").write_text(json.dumps(label))
+    monkeypatch.setattr(sys, "argv", ["checks.following", "--sessions", str(tmp_path)])
+    following.main()
+    said = capsys.readouterr().out
+    row = next(line for line in said.splitlines() if line.startswith("moves_others, 1 player: F1 "))
+    assert float(row.rpartition(" ")[2]) > 0.6
+    assert "moves_others, 2" not in said  # there is one other

@@ -3,6 +3,8 @@
     python -m checks.following FOLDER [--foreign|--others]
     python -m checks.following --sessions EXAMPLES
 
+Without an option, rows `followed_by_others` follow those of own examples: with one example of the next person, and with two each
+of the other people. Mirror images of these count, because some people are left-handed. `--sessions` has rows `moves_others`: moves recognised with the examples of one, two and four other players.
 FOLDER has one `.npz` for each person, with arrays `mNN_right_EE` and `mNN_wrong_EE`: repetition EE of exercise NN, (n, 22, 3)
 metres, 30 Hz, joints as below. The example is the person's first right repetition; with `--foreign` that of the next person;
 with `--others` the first two of each other person are examples.
@@ -11,6 +13,7 @@ move leads, with the highest certainty, as its progress reaches 0.6. A move that
 """
 
 import argparse
+import random
 from collections import defaultdict
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,7 +21,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream import FollowEvent, FollowState, Moves, Segmenter, Skeleton
+from mossar_stream import FollowEvent, FollowState, Moves, Segmenter, Settings, Skeleton
+from mossar_tools.evaluation.recognising import confirmed, judge, summary
 from mossar_tools.evaluation.sessions import Session, load_session, session_labels
 
 FPS = 30.0
@@ -32,6 +36,7 @@ Repetitions = list[NDArray[np.float32]]
 Person = dict[str, dict[str, Repetitions]]
 SURE = 0.9  # certainty at which a game commits itself
 PLACE = 0.6  # progress at which moves on command are judged
+FEW = 4  # players of whom one example of each move is enough
 LOST = 1e9  # deviation of a repetition that was not done
 
 
@@ -45,14 +50,58 @@ def person_of(file: Path) -> Person:
     return found
 
 
-def followed(examples: Repetitions, repetitions: Repetitions) -> list[FollowEvent]:
-    """Return what is reported of repetitions, one after the other, when a move with these examples is followed."""
+def followed(examples: Repetitions, repetitions: Repetitions, *, mirrored: bool = False) -> list[FollowEvent]:
+    """Return what is reported of repetitions, one after the other, when a move with these examples is followed.
+
+    Args:
+        examples: Of the move.
+        repetitions: Of one person.
+        mirrored: Whether mirror images of the examples are followed, too.
+    """
     moves = Moves(SKELETON)
     for example in examples:
         moves.add("it", example, fps=FPS)
+    moves.set_rule("it", mirrored=mirrored)
     segmenter = Segmenter(SKELETON, fps=FPS, moves=moves, follow=("it",))
     events = [*segmenter.push(np.concatenate(repetitions)), *segmenter.end_take()]
     return [event for event in events if isinstance(event, FollowEvent)]
+
+
+def examples_of_others(
+    people: list[Person], person: Person, exercise: str
+) -> tuple[Repetitions, Repetitions]:
+    """Return the first right repetition of the next person, and the first two of each other person."""
+    at = next(place for place, one in enumerate(people) if one is person)
+    others = [one for one in people if one is not person]
+    one = people[(at + 1) % len(people)][exercise]["right"][:1]
+    return one, [example for other in others for example in other[exercise]["right"][:2]]
+
+
+def area_of(right: NDArray[np.float64], wrong: NDArray[np.float64]) -> float:
+    """Return how often a wrong repetition has a larger deviation than a right one; half of what is equal counts."""
+    return float(np.mean((wrong[:, None] > right) + 0.5 * (wrong[:, None] == right)))
+
+
+def print_followed_by_others(people: list[Person]) -> None:
+    """Print a row for one example of another person and one for two each of all others, with the worst person of each."""
+    for place, kind in enumerate(("one other", "two each of all others")):
+        found: list[list[tuple[float, float, float]]] = []
+        for person in people:
+            own = []
+            for exercise, kinds in person.items():
+                examples = examples_of_others(people, person, exercise)[place]
+                right, wrong = (
+                    followed(examples, kinds[which], mirrored=True) for which in ("right", "wrong")
+                )
+                off = abs(sum(event.status == "done" for event in right) - len(kinds["right"]))
+                area = area_of(deviations(right, kinds["right"]), deviations(wrong, kinds["wrong"]))
+                own.append((float(off == 0), float(off <= 1), area))
+            found.append(own)
+        exact, within, area = np.mean([row for own in found for row in own], axis=0)
+        least = min(np.mean([row[0] for row in own]) for own in found)
+        print(
+            f"followed_by_others, {kind}: exact {exact:.2f} (worst person {least:.2f}), within one {within:.2f}, AUC {area:.3f}"
+        )
 
 
 def ends_of(repetitions: Repetitions) -> NDArray[np.float64]:
@@ -136,6 +185,27 @@ def print_sessions(folder: Path) -> None:
         )
 
 
+def print_moves_others(folder: Path) -> None:
+    """Print how well moves are recognised with the examples of one, two and four other players, drawn with a fixed seed.
+
+    One and two players give two examples of each move, four give one.
+    """
+    sessions = [load_session(path) for path in session_labels(folder)]
+    for count in (one for one in (1, 2, 4) if one < len(sessions)):
+        found = []
+        for session in sessions:
+            rest = [other for other in sessions if other is not session]
+            drawn = random.Random(f"{session.name}{count}").sample(rest, count)  # noqa: S311 - a fixed choice
+            moves = Moves(session.skeleton)
+            for other in drawn:
+                for name, shown in other.examples.shown.items():
+                    pairs = zip(shown, other.examples.fps[name], strict=True)
+                    for positions, fps in list(pairs)[: 2 if count < FEW else 1]:
+                        moves.add(name, positions, fps)
+            found.append(judge(session, confirmed(session, moves, Settings())))
+        print(f"moves_others, {count} {'player' if count == 1 else 'players'}: F1 {summary(found).f1:.3f}")
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(
@@ -149,20 +219,19 @@ def main() -> None:
     given = parser.parse_args()
     if given.sessions is not None:
         print_sessions(given.sessions)
+        print_moves_others(given.sessions)
         return
     if given.folder is None:
         parser.error("a folder is needed, or --sessions EXAMPLES")
     people = [person_of(file) for file in sorted(given.folder.glob("*.npz"))]
+    of_others = given.foreign or given.others
     counts, ends, areas, said, sure = [], [], [], [], []
     false = others = performances = 0
-    for person, following in zip(people, people[1:] + people[:1], strict=True):
+    for person in people:
         for exercise, kinds in person.items():
             examples, right, wrong = kinds["right"][:1], kinds["right"][1:], kinds["wrong"]
-            if given.foreign:
-                examples, right = following[exercise]["right"][:1], kinds["right"]
-            elif given.others:
-                others_of = [other for other in people if other is not person]
-                examples = [one for other in others_of for one in other[exercise]["right"][:2]]
+            if of_others:
+                examples = examples_of_others(people, person, exercise)[given.others]
                 right = kinds["right"]
             odd = [own["right"][2] for name, own in person.items() if name != exercise]
             own, bad, foreign = (followed(examples, repetitions) for repetitions in (right, wrong, odd))
@@ -173,8 +242,7 @@ def main() -> None:
             times = [event.time for event in own if event.status == "done"]
             counts.append(len(times) - len(right))
             ends += [min([abs(time - end) for time in times], default=9.0) for end in ends_of(right)]
-            a, b = deviations(own, right), deviations(bad, wrong)
-            areas.append(float(np.mean((b[:, None] > a) + 0.5 * (b[:, None] == a))))
+            areas.append(area_of(deviations(own, right), deviations(bad, wrong)))
             false += sum(event.status == "done" for event in foreign)
             others += len(odd)
     off = np.abs(counts)
@@ -191,6 +259,8 @@ def main() -> None:
     if len(places):
         early = f"{kept.sum() / performances:.2f} of what is done, at a median progress of {np.median(places):.2f}"
         print(f"committed at {SURE}: {early}; {kept.mean():.2f} of {len(kept)} came true")
+    if not of_others and len(people) > 1:
+        print_followed_by_others(people)
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from mossar_tools.moves_file import Follow, moves_to_follow
 from mossar_tools.opening import sink_of, source_of
 from mossar_tools.options import Options
 from mossar_tools.signals import stopping
+from mossar_tools.uncounted import UncountedMoves
 
 if TYPE_CHECKING:
     from mossar_adapters.control.requests import Control
@@ -74,6 +75,7 @@ def stream(
         sources = _opened_sources(options, listeners, opened)
         visible = is_terminal(console.out) and "-" not in options.to and not page_only
         view = view_of(console, sources, visible=visible, emission=emission)
+        uncounted = UncountedMoves(explains=options.explain) if moves is not None else None
         missing: list[str] = []
         show = _opened_show(options, settings, sources, opened, server) if options.view else None
         pipeline = Pipeline(
@@ -82,7 +84,7 @@ def stream(
             if page_only and not options.to
             else _opened_sinks(options, console, snapshot, opened, missing),
             settings,
-            views=[view, show] if show else [view],
+            views=[one for one in (view, show, uncounted) if one is not None],
             emit=options.emit,
             seconds=options.seconds,
             upkeep=Upkeep(

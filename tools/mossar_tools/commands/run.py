@@ -47,7 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--explain",
         action="store_true",
-        help="with --moves: a line about each movement: the nearest move, and the reason why it was not recognised",
+        help="with --moves: a line about each movement: the nearest move, and the reason why it was not recognised; with "
+        "--follow also about each performance that was given up",
     )
     parser.add_argument("--view", action="store_true", help="also show the dashboard in a browser")
     add_page(parser)
