@@ -95,11 +95,10 @@ cdef inline double noise_of_speed(Noise* noise, int64_t joints) noexcept nogil:
     return noise_level(noise) / joints * noise.step * sqrt(share / (2.0 - share)) / SPEED_WINDOW
 
 
-cdef Features features_of(Candidate* candidate, Scales* scales, double noise, int64_t joints) noexcept nogil:
+cdef Features features_of(Candidate* candidate, Scales* scales, bint own_time, double noise, int64_t joints) noexcept nogil:
     """Return `Features` of a key frame that is confirmed; `noise` in m/s, `joints` is how many can move."""
-    cdef double size
-    size = extent(scales)
-    return Features(candidate.speed, candidate.rest_distance / size, size, usual_speed(scales), tempo_of(scales), noise, joints)
+    cdef double size = extent(scales), tempo = tempo_of(scales, own_time)
+    return Features(candidate.speed, candidate.rest_distance / size, size, usual_speed(scales), tempo, noise, joints)
 
 
 cdef inline bint is_reported(Candidate* candidate, Scales* scales, double time, double noise) noexcept nogil:

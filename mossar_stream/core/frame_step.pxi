@@ -363,12 +363,10 @@ cdef inline void _follow_activity(Row* state, Arrays* a, double squares) noexcep
 
 cdef inline void _follow_scales(Row* state, Arrays* a, double squares, double dt, bint first) noexcept nogil:
     """Let the scales follow, and the dwells."""
-    cdef bint slow
     if first:
         start_scales(&state.scales, a.joints.body, state.plan.joints)
     else:
         follow_scales(&state.scales, squares / state.joints.moving, dt)
     note_speed(&state.candidate, &state.scales, state.clock.time)
     if state.plan.own_time == 1:
-        slow = state.scales.speed < SLOW * usual_speed(&state.scales)
-        follow_dwells(&state.dwells, slow, state.clock.used_frame, state.clock.time)
+        follow_dwells(&state.dwells, lingers(&state.scales), state.clock.used_frame, state.clock.time)

@@ -96,6 +96,8 @@ LATE_DWELL: float
 LEAST_EXTENT: float
 LEAST_OWN_TIME: float
 LEAST_USUAL_SPEED: float
+LINGERS_LITTLE: float
+LINGERS_OFTEN: float
 LONGEST_IN_OWN_TIME: float
 LONGEST_PERIOD: float
 LONGEST_RATIO: float
@@ -113,6 +115,7 @@ ORDINARY: float
 PER_QUANTUM: float
 PRIOR_DWELT: float
 PRIOR_EXTENT: float
+PRIOR_LINGERED: float
 PRIOR_SPEED: float
 QUICK: float
 QUICKEST: float
@@ -131,6 +134,7 @@ SMOOTHING: float
 SPEED_OFFSET: float
 SPEED_SETTLING: float
 SPLITTING: int
+STEADY_SLOWEST: float
 STEP: int
 TURNED_BACK: float
 UNLABELLED: int
@@ -338,6 +342,7 @@ def simd_lowest_bit(mask: int, /) -> int: ...
 def simd_quantise(values: Array, target: Array, scale: float, /) -> None: ...
 def label_candidates(labels: Array, notes: Array, periods: Array, times: Array, found: Array, /) -> None: ...
 def pause_frame(dwells: Array, slow: Array, times: Array, time: float, /) -> int: ...
+def tempo_in_force(scales: Array, own_time: bool, /) -> float: ...
 def swing_range_of(scores: Array, counts: Array, /) -> float: ...
 def split_frames(row: Array, positions: Array, times: Array, until: int, /) -> int: ...
 def follow_speeds_alone(row: Array, bouts: Array, speeds: Array, times: Array, /) -> int: ...

@@ -117,6 +117,16 @@ def pause_frame(cnp.ndarray dwells, cnp.ndarray slow, cnp.ndarray times, double 
     return NO_DWELL if dwell == NO_DWELL else middle_of(own, dwell).frame
 
 
+def tempo_in_force(cnp.ndarray scales, bint own_time, /):
+    """Return the tempo that evidence is divided by.
+
+    Args:
+        scales: (1,) Scales.
+        own_time: Whether it follows the performer's own time.
+    """
+    return tempo_of(<Scales*>cnp.PyArray_DATA(scales), own_time)
+
+
 def swing_range_of(cnp.ndarray scores, cnp.ndarray counts, /):
     """Return the range of a component, (n,) float32; counts are (BINS,) int32, set."""
     cdef Floats own = floats(floats_at(scores), len(scores))
@@ -260,6 +270,8 @@ TESTED_CONSTANTS = {
     "LEAST_EXTENT": LEAST_EXTENT,
     "LEAST_OWN_TIME": LEAST_OWN_TIME,
     "LEAST_USUAL_SPEED": LEAST_USUAL_SPEED,
+    "LINGERS_LITTLE": LINGERS_LITTLE,
+    "LINGERS_OFTEN": LINGERS_OFTEN,
     "LONGEST_IN_OWN_TIME": LONGEST_IN_OWN_TIME,
     "LONGEST_PERIOD": LONGEST_PERIOD,
     "LONGEST_RATIO": LONGEST_RATIO,
@@ -278,6 +290,7 @@ TESTED_CONSTANTS = {
     "PER_QUANTUM": PER_QUANTUM,
     "PRIOR_DWELT": PRIOR_DWELT,
     "PRIOR_EXTENT": PRIOR_EXTENT,
+    "PRIOR_LINGERED": PRIOR_LINGERED,
     "PRIOR_SPEED": PRIOR_SPEED,
     "QUICK": QUICK,
     "QUICKEST": QUICKEST,
@@ -296,6 +309,7 @@ TESTED_CONSTANTS = {
     "SPEED_OFFSET": SPEED_OFFSET,
     "SPEED_SETTLING": SPEED_SETTLING,
     "SPLITTING": SPLITTING,
+    "STEADY_SLOWEST": STEADY_SLOWEST,
     "STEP": STEP,
     "TURNED_BACK": TURNED_BACK,
     "UNLABELLED": UNLABELLED,

@@ -163,13 +163,15 @@ cdef void _add_key(Window* w, int64_t slot, Row* state, Point point, int64_t rev
     cdef Point placed
     cdef Candidate* candidate
     cdef Scales* scales
+    cdef Features features
     if w.plan.has_features == 0:
         add_key(w, slot, point, point.time, rev, REPORTED)
         return
     candidate = &state.candidate
     scales = &state.scales
     noise = noise_of_speed(&state.noise, w.plan.moving_joints)
-    write_features(w.params, row_of_doubles(w.summaries, slot), features_of(candidate, scales, noise, state.joints.moving))
+    features = features_of(candidate, scales, w.plan.own_time == 1, noise, state.joints.moving)
+    write_features(w.params, row_of_doubles(w.summaries, slot), features)
     reported = UNREPORTED
     if is_reported(candidate, scales, point.time, noise):
         reported = REPORTED

@@ -69,6 +69,7 @@ class Motion:
         heard = velocity(poses, self.times, self.moving_joints, self.speed)
         self.curve, self.range, self.noise, self.loud = heard
         self.usual = usual_speeds(self.speed, self.dt)
+        self.steadiness = steadiness(self.speed < kernels.SLOW * self.usual, self.dt)
         self.extent, self.away = surroundings(self)
         self.sums = _sums(self)
         self.candidates = list(self._candidates())
@@ -84,13 +85,11 @@ class Motion:
             reported = int(marks[np.argmin(np.abs(self.times[marks] - (time - earlier)))])
             before = reported if before < reported else frame
             extent, usual = self.extent[confirmed], self.usual[confirmed]
-            tempo = np.clip(extent / usual / kernels.ORDINARY, kernels.QUICKEST, kernels.SLOWEST)
+            tempo = slowness(extent / usual, self.steadiness[confirmed])
             rest_distance = self.away[found - 1] / extent
             speed = self.speed[found - 1 : confirmed].min()
             noisy = self.noise[confirmed]
-            yield Candidate(
-                frame, confirmed, before, speed, rest_distance, extent, usual, float(tempo), noisy
-            )
+            yield Candidate(frame, confirmed, before, speed, rest_distance, extent, usual, tempo, noisy)
 
     def evidence(self, number: int, begin: int, end: int) -> list[float] | None:
         """Return the five kinds of evidence for a candidate between two frames, in the order of `Weights`.
@@ -405,6 +404,27 @@ def usual_speeds(speed: Array, dt: Array) -> Array:
         squares, weight = squares * left + speed[t] ** 2 * dt[t], weight * left + dt[t]
         usual[t] = max(np.sqrt(squares / weight), kernels.LEAST_USUAL_SPEED)
     return usual
+
+
+def steadiness(lingers: NDArray[np.bool_], dt: Array) -> Array:
+    """Return g at each frame: 1 for who lingers little of the time, 0 for who lingers often."""
+    lingered, weight = kernels.PRIOR_LINGERED, 1.0
+    shares = np.full(len(dt), lingered / weight)
+    for t in range(1, len(dt)):
+        left = np.exp2(-dt[t] / kernels.SCALES_HALF_LIFE)
+        lingered, weight = lingered * left + dt[t] * lingers[t], weight * left + dt[t]
+        shares[t] = lingered / weight
+    return np.clip(
+        (kernels.LINGERS_OFTEN - shares) / (kernels.LINGERS_OFTEN - kernels.LINGERS_LITTLE), 0.0, 1.0
+    )
+
+
+def slowness(own_time: float, steady: float) -> float:
+    """Return the tempo that evidence is divided by: how slow a performer is, which counts twice if steady."""
+    tempo = own_time / kernels.ORDINARY
+    if tempo > 1.0:
+        tempo **= 1.0 + steady
+    return float(np.clip(tempo, kernels.QUICKEST, kernels.SLOWEST + kernels.STEADY_SLOWEST * steady))
 
 
 def surroundings(motion: Motion) -> tuple[Array, Array]:
