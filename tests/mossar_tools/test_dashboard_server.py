@@ -16,8 +16,15 @@ from mossar_tools.dashboard.page import Page
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.server import _guarded, open_server
 from mossar_tools.dashboard.visitors import Visitors
+from mossar_tools.errors import UsageError
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
+
+
+@pytest.mark.parametrize("host", ["192.0.2.1", "2001:db8::1"])
+def test_a_host_that_is_no_address_of_this_computer_is_refused_at_once(host):
+    with pytest.raises(UsageError, match="is not an address of this computer"):
+        open_server(host, 0, {}, Visitors(host, print))
 
 
 def test_pages_of_other_sites_are_turned_away():

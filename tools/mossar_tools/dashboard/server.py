@@ -7,6 +7,7 @@ it serves with is replaced while it starts, for viser's call alone.
 
 import asyncio
 import logging
+import socket
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -19,6 +20,7 @@ import websockets.asyncio.server
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.asking import HEADER
 from mossar_tools.dashboard.visitors import Visitors
+from mossar_tools.errors import UsageError
 
 _Asked = Callable[[Any, Any], Any]
 Answers = Mapping[str, Callable[[str], None]]
@@ -33,9 +35,23 @@ def open_server(host: str, port: int, answers: Answers, visitors: Visitors) -> v
         port: Where; the next free one if it is in use, 0 for any.
         answers: What the page's own parts may ask for, by path; called with what stands behind the question mark.
         visitors: Who may ask.
+
+    Raises:
+        UsageError: If the host is no address of this computer, for which viser would wait without a word.
     """
+    _check_host(host)
     with _starting, _guarded(answers, visitors):
         return viser.ViserServer(host=host, port=port, label="mossar", verbose=False)
+
+
+def _check_host(host: str) -> None:
+    try:
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        socket.create_server((host, 0), family=family).close()
+    except OSError:
+        raise UsageError(
+            f"--host {host[:80]}: it is not an address of this computer; 0.0.0.0 listens on all of them"
+        ) from None
 
 
 @contextmanager
