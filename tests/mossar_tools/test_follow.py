@@ -144,3 +144,15 @@ def test_clips_are_cut_of_each_performance(mossar, moves, tmp_path):
     given = ("--moves", moves, "--follow", "squat", "--of", "followed", "--cut", tmp_path / "clips")
     assert mossar("segment", TAKE, *given)[0] == 0
     assert len([path for path in (tmp_path / "clips").iterdir() if "squat_" in path.name]) == 8
+
+
+def test_run_explains_each_performance_that_was_given_up_and_changes_no_event(mossar, moves):
+    take = "demo:?seed=4&moves=rest:1,squat,turn,jump,squat,rest:1"
+    given = ("run", take, "--speed", "max", "--moves", moves, "--follow", "squat", "--emit", "follow")
+    plain, explained = mossar(*given), mossar(*given, "--explain")
+    assert explained[1] == plain[1]
+    left = [event for event in map(json.loads, plain[1].splitlines()) if event["status"] == "left"]
+    lines = [line for line in explained[2].splitlines() if "squat not done at a progress of" in line]
+    assert len(lines) == len(left) > 0
+    assert all(event["reason"] == "unfinished" for event in left)
+    assert "not done" not in plain[2]
