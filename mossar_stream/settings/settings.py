@@ -310,7 +310,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     tempo: Annotated[
         bool | None,
         setting(
-            "Whether the level follows the performer's own time: how long the extent of the movements takes at the usual speed. At level `motion` rests, periods and the delay of slow performers are longer, and repetitions end in the middle of the pause; with `similarity=likelihood` the strength scales with it",
+            "Whether the level follows the performer's own time: how long the extent of the movements takes at the usual speed. At level `motion` rests, periods and the delay of slow performers are longer, changes count less where they move steadily, and repetitions end in the middle of the pause; with `similarity=likelihood` the strength scales with it",
             "true: slow performers keep as many key frames as quick ones",
         ),
     ] = None

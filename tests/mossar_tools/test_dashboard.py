@@ -131,6 +131,7 @@ def test_a_live_page_from_the_first_key_frames_to_the_end(process, opened, tmp_p
     running = process("view", "demo:?seed=3", "--speed", "4", "--port", "0", "--no-browser", cwd=tmp_path)
     window = opened(address(running)[0])
     until(window, lambda: number(window, "#mossar-known") >= 12)
+    assert re.search(r"own time\d\.\d\d s", window.text_content("#mossar-facts"))
 
     press(window, "posture")
     until(window, lambda: number(window, "#mossar-kept") > 8)
