@@ -65,7 +65,7 @@ from mossar_stream.steps.stepping import Stepping
 
 MOST_APART = 4.0  # s between frames, median, from which on times are hardly seconds: 250 Hz in milliseconds
 Analyses = Sequence[tuple[float, NDArray[np.void]]]  # see `Channel.analyses`
-STILL = 2.0  # s without any movement, from which on a recording is hardly meant to be segmented
+STILL_FOR = 2.0  # s without any movement, from which on a recording is hardly meant to be segmented
 CAPACITY = 64  # key frames there is room for at first
 PIECE = 1 << 14  # frames that are processed at once, between which Ctrl-C acts and progress is reported
 
@@ -549,7 +549,7 @@ def _check_times(times: NDArray[np.float64]) -> None:
 
 def _warn_of_stillness(frames: NDArray[Any], times: NDArray[np.float64]) -> None:
     """Warn if there is nothing to segment: no joint is seen in any frame, or none moves; of what is no mere pose."""
-    if not len(times) or not np.nanmax(times) - np.nanmin(times) >= STILL:
+    if not len(times) or not np.nanmax(times) - np.nanmin(times) >= STILL_FOR:
         return
     known = np.full(frames.shape[1:], np.nan, frames.dtype)
     for frame in frames:

@@ -13,6 +13,7 @@ import statistics
 import sys
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ JOINTS = 15  # of people in slots
 USUAL, DEAREST = 30, 30  # frames before and after the absence
 MOST_SECONDS = 1.0  # of processor time for a frame of slots; a search of all assignments takes hours
 MOST_GROWTH = 3.0  # a cost that grows with the square of the length grows by as much as the lengths differ
-KINDS: dict[str, dict[str, object]] = {
+KINDS: dict[str, dict[str, Any]] = {
     "plain": {},
     "limbs, repetitions, steps": {"limbs": True, "repetitions": True, "steps": True},
     "cluster, repetitions": {"repetitions": True, "level": "cluster"},

@@ -88,7 +88,7 @@ class Segmented(msgspec.Struct, frozen=True):
 def segment_whole(
     options: Options,
     on_progress: OnProgress = lambda _: None,
-    progress: Callable[[], OnProgress] | None = None,
+    progress: Callable[[], Callable[[float], None]] | None = None,
     *,
     curves: bool = False,
 ) -> tuple[LoadedRecording, Result, Segmentation]:
