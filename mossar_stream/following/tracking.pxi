@@ -30,6 +30,8 @@ cdef double WENT = 0.25  # share of the example's farthest pose that a performer
 cdef double DEAREST = 4.0  # cost above which nothing is being made
 cdef double DEAREST_END = 8.0  # cost above which nothing was done, relative to the gain
 cdef double GIVEN_UP_AFTER = 0.5  # s of that after which a performance is given up
+cdef double NEARLY_OVER = 0.7  # progress from which it is waited longer, because a begin of the next one may lead meanwhile:
+cdef double GIVEN_UP_LATE = 1.0  # s
 cdef double DEGREES = 180.0 / M_PI  # in a radian
 cdef enum:
     WAITED = 7  # samples after which an end is decided at the latest
@@ -461,7 +463,7 @@ cdef void _go_on(
     cdef FollowedExample* example
     cdef Cells cells
     cdef float cost
-    cdef double progress, went
+    cdef double progress, went, patience
     cdef int64_t first, place
     move, state = &known.moves[m], known.state
     example = &bank.examples[leader]
@@ -474,7 +476,8 @@ cdef void _go_on(
     if move.active and first == move.first and leader == move.example:
         went = max(went, move.went)
     if not (cost < DEAREST and progress >= BEGUN and went >= WENT):
-        if move.active and state.sampled - move.seen > GIVEN_UP_AFTER and known.happened[m] == MOVE_UNCHANGED:
+        patience = GIVEN_UP_LATE if move.progress >= NEARLY_OVER else GIVEN_UP_AFTER
+        if move.active and state.sampled - move.seen > patience and known.happened[m] == MOVE_UNCHANGED:
             _give_up(known, bank, m)
         return
     move.example, move.layer, move.phase = leader, layer, phase
