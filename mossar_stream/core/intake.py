@@ -108,6 +108,7 @@ def look_at_steps(row: Channel, times: NDArray[np.float64], apart: int, who: str
     frames = int(row.state["counters"]["frames"])
     if frames and frames != apart + 1:
         return None
+    times = times[np.isfinite(times)]
     steps = np.diff(np.concatenate(([row.clock["time"]], times)) if frames else times)
     if not (steps > row.state["plan"]["max_pause"]).all():
         return None

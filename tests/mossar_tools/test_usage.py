@@ -177,6 +177,7 @@ def test_small_recordings_give_a_sensible_result(mossar, events, tmp_path, count
     assert (segments[0]["start_frame"], segments[-1]["end_frame"]) == (0, count - 1)
 
 
+@pytest.mark.filterwarnings("ignore:no joint is seen in any frame")
 def test_nothing_but_missing_joints_is_one_resting_segment(mossar, tmp_path):
     path = save(tmp_path / "nan.npz", 100, 4, np.full((100, 4, 3), np.nan))
     status, out, _ = mossar("segment", path, "--json")
