@@ -41,9 +41,12 @@ class PoseDecoder:
             arrival: When it came, s.
 
         Raises:
-            FrameError: If it holds poses that cannot be used.
+            FrameError: If it is no JSON, or holds poses that cannot be used.
         """
-        content = msgspec.json.decode(without_nan(line) or line)
+        try:
+            content = msgspec.json.decode(without_nan(line) or line)
+        except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
+            raise FrameError(str(error)) from None
         if not isinstance(content, dict) or "type" in content or not pose_frames.may_hold_poses(content):
             return []
         try:

@@ -69,3 +69,15 @@ def test_other_objects_are_ignored_as_before(line):
     decoder = LineDecoder()
     assert decoder.receive(line + b"\n", 0.0) == []
     assert decoder.usable == 0
+
+
+@pytest.mark.parametrize(
+    "line",
+    [b'{"t": 0.5, "\xd2": 1}', b'{"t": 0.5, "joints": {"\xff\xfe": [0, 1, 0]}}', b'{"a": ' + b"[" * 9999],
+)
+def test_lines_that_are_no_json_are_counted_and_what_follows_is_read(line):
+    decoder = LineDecoder(ReadOptions())
+    good = b'{"t": 0.5, "joints": {"hips": [0, 1, 0], "neck": [0, 1.5, 0], "head": [0, 1.7, 0]}}'
+    items = [*decoder.receive(line + b"\n" + good + b"\n", 0.0), *decoder.end(1.0)]
+    assert decoder.counters.malformed == 1
+    assert any(isinstance(item, Frames) for item in items)
