@@ -39,15 +39,20 @@ def test_the_table_counts_right_repetitions_and_ranks_wrong_ones(tmp_path, monke
     assert "committed at 0.9: 1." in said or "committed at 0.9: 0." in said
 
 
-@pytest.mark.parametrize("whose", ["--foreign", "--others"])
-def test_the_examples_may_be_those_of_other_people(tmp_path, monkeypatch, capsys, whose):
+def save_three_people(folder, count):
+    """Save so many right and wrong repetitions of two exercises by each of three people."""
     for person in range(3):
         arrays = {}
         for name, joints in (("m01", [8, 9]), ("m02", [19, 20, 21])):
-            for k in range(5):
+            for k in range(count):
                 arrays[f"{name}_right_{k}"] = raised(joints, 0.7, 10 * person + k)
                 arrays[f"{name}_wrong_{k}"] = raised([*joints, 12, 13], 0.4, 50 + 10 * person + k)
-        np.savez(tmp_path / f"s0{person}.npz", **arrays)
+        np.savez(folder / f"s0{person}.npz", **arrays)
+
+
+@pytest.mark.parametrize("whose", ["--foreign", "--others"])
+def test_the_examples_may_be_those_of_other_people(tmp_path, monkeypatch, capsys, whose):
+    save_three_people(tmp_path, 5)
     shown = []
     once = following.followed
     monkeypatch.setattr(following, "followed", lambda own, all_: shown.append(len(own)) or once(own, all_))
@@ -87,13 +92,7 @@ def test_a_folder_is_needed(monkeypatch, capsys):
 
 
 def test_without_options_the_examples_of_others_have_rows_beside_the_own_ones(tmp_path, monkeypatch, capsys):
-    for person in range(3):
-        arrays = {}
-        for name, joints in (("m01", [8, 9]), ("m02", [19, 20, 21])):
-            for k in range(4):
-                arrays[f"{name}_right_{k}"] = raised(joints, 0.7, 10 * person + k)
-                arrays[f"{name}_wrong_{k}"] = raised([*joints, 12, 13], 0.4, 50 + 10 * person + k)
-        np.savez(tmp_path / f"s0{person}.npz", **arrays)
+    save_three_people(tmp_path, 4)
     monkeypatch.setattr(sys, "argv", ["checks.following", str(tmp_path)])
     following.main()
     said = capsys.readouterr().out
