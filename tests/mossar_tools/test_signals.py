@@ -1,5 +1,6 @@
 """Signals end what waits or works, never harm what imports, and are never lost."""
 
+import ctypes
 import os
 import signal
 import subprocess
@@ -60,6 +61,29 @@ def test_a_signal_that_python_discards_comes_again(number, error):
         time.sleep(20)
     assert went_on == [None]
     assert sys.unraisablehook is hook
+
+
+class Key:
+    """A key whose hash is computed when a signal comes."""
+
+    def __init__(self, number):
+        self.number = number
+
+    def __hash__(self):
+        os.kill(os.getpid(), self.number)
+        time.sleep(0)
+        return 0
+
+
+@pytest.mark.parametrize(("number", "error"), NUMBERS)
+def test_a_signal_that_an_extension_discards_comes_again(number, error):
+    look_up = ctypes.pythonapi.PyDict_GetItem  # says of every error that there is no such key
+    look_up.argtypes, look_up.restype = [ctypes.py_object, ctypes.py_object], ctypes.c_void_p
+    found = []
+    with pytest.raises(error), raising():  # noqa: PT012
+        found.append(look_up({0: 1}, Key(number)))
+        time.sleep(20)
+    assert found == [None]
 
 
 def test_a_signal_that_waits_when_the_block_ends_is_not_lost():

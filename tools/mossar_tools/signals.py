@@ -2,8 +2,9 @@
 
 A handler that raises does so wherever the main thread happens to be. In an import or a finalizer that loses the signal,
 or becomes an error of another kind; where a thread starts it breaks one of Python's own locks. So handlers wait until the
-main thread has left such a place. Python also discards what is raised in a callback of a weak reference or of the garbage
-collector; such a signal comes again.
+main thread has left such a place. Other exceptions are discarded on their way: by Python, those of callbacks of weak
+references and of the garbage collector; by extensions in C, those of the Python code that they call, such as the hash of
+a key. Then the signal comes again.
 """
 
 import _thread
@@ -21,6 +22,25 @@ from mossar_tools.errors import DONE, INTERRUPTED, TERMINATED, Terminated
 _AGAIN: Final = 0.02  # s until a signal is looked at again that came at a delicate moment
 _DELICATE: Final = ("importlib", "_frozen_importlib", "_frozen_importlib_external")
 _deferred: list[int] = []  # signals that are looked at again
+_awaited: list[None] = []  # one for each block that waits for the exceptions of signals
+
+
+class _Raised(BaseException):
+    """An exception of a signal; the signal comes again if it is discarded before it leaves the block that awaits it."""
+
+    number: int
+
+    def __del__(self) -> None:
+        if _awaited:
+            _defer(self.number)
+
+
+class _Interrupted(KeyboardInterrupt, _Raised):
+    number = signal.SIGINT
+
+
+class _Terminated(Terminated, _Raised):
+    number = signal.SIGTERM
 
 
 class Stop:
@@ -54,12 +74,14 @@ def stopping(ask: Callable[[], None]) -> Iterator[Stop]:
 @contextlib.contextmanager
 def raising() -> Iterator[None]:
     """Turn SIGTERM into an exception, as Ctrl-C is one, while the block runs."""
-    with _handled(_raise), _discarded():
+    with _handled(_raise), _discarded_in_silence():
+        _awaited.append(None)
         try:
             yield
             if _deferred:
                 raise _exception(_deferred[0])
         finally:
+            _awaited.pop()
             _deferred.clear()
 
 
@@ -78,16 +100,12 @@ def _defer(number: int) -> None:
 
 
 @contextlib.contextmanager
-def _discarded() -> Iterator[None]:
-    """Defer signals whose exception Python discards, while the block runs."""
+def _discarded_in_silence() -> Iterator[None]:
+    """Say nothing of exceptions of signals that Python discards, while the block runs."""
     before = sys.unraisablehook
 
     def hook(unraisable: "sys.UnraisableHookArgs") -> None:
-        if issubclass(unraisable.exc_type, Terminated):
-            _defer(signal.SIGTERM)
-        elif issubclass(unraisable.exc_type, KeyboardInterrupt):
-            _defer(signal.SIGINT)
-        else:
+        if not issubclass(unraisable.exc_type, _Raised):
             before(unraisable)
 
     sys.unraisablehook = hook
@@ -98,7 +116,7 @@ def _discarded() -> Iterator[None]:
 
 
 def _exception(number: int) -> BaseException:
-    return Terminated() if number == signal.SIGTERM else KeyboardInterrupt()
+    return _Terminated() if number == signal.SIGTERM else _Interrupted()
 
 
 def _signal_again(number: int) -> None:
