@@ -70,10 +70,17 @@ cdef int64_t dwell_near(Dwells* dwells, double time) noexcept nogil:
 cdef Moment* middle_of(Dwells* dwells, int64_t dwell) noexcept nogil:
     """Return the moment in the middle of a dwell, of two as near the earlier one."""
     cdef double time = 0.5 * (dwells.begin[dwell] + dwells.end[dwell]) - LATE_DWELL
-    cdef int64_t oldest = max(dwells.noted - MOMENTS, 0), number, place, best
-    best = oldest % MOMENTS
-    for number in range(oldest + 1, dwells.noted):
-        place = number % MOMENTS
-        if abs(dwells.moment[place].time - time) < abs(dwells.moment[best].time - time) - MARGIN:
-            best = place
-    return &dwells.moment[best]
+    cdef int64_t low = max(dwells.noted - MOMENTS, 0), high = dwells.noted - 1, number
+    cdef Moment* before
+    cdef Moment* after
+    while low < high:  # the first moment that is not before, or the last one
+        number = (low + high) // 2
+        if dwells.moment[number % MOMENTS].time < time:
+            low = number + 1
+        else:
+            high = number
+    after = &dwells.moment[low % MOMENTS]
+    if low == max(dwells.noted - MOMENTS, 0):
+        return after
+    before = &dwells.moment[(low - 1) % MOMENTS]
+    return after if abs(after.time - time) < abs(before.time - time) - MARGIN else before
