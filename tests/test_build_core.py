@@ -6,7 +6,7 @@ import sysconfig
 import pytest
 
 from build_core import extensions, sources
-from build_core.compiler import commands, configured, flags_for
+from build_core.compiler import _multiarch_headers, commands, configured, flags_for
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no compiler")
@@ -32,6 +32,28 @@ def test_the_linker_is_the_compiler_with_the_options_of_python(monkeypatch):
     monkeypatch.setenv("CC", "sh -x")
     monkeypatch.setattr(sysconfig, "get_config_var", {"LDSHARED": "gcc -shared -L/lib"}.get)
     assert commands() == {"CC": "sh -x", "LDSHARED": "sh -x -shared -L/lib"}
+
+
+def test_zig_gets_no_option_of_a_distribution_for_linking(monkeypatch):
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.setattr("build_core.compiler.configured", lambda: None)
+    monkeypatch.setattr("build_core.compiler.zig_command", lambda: "zig cc")
+    debian = {"LDSHARED": "x86_64-linux-gnu-gcc -shared -Wl,-Bsymbolic-functions -g"}
+    monkeypatch.setattr(sysconfig, "get_config_var", debian.get)
+    assert commands() == {"CC": "zig cc", "LDSHARED": "zig cc -shared"}
+
+
+@pytest.mark.parametrize("is_debian", [True, False])
+def test_zig_finds_the_headers_that_debian_keeps_outside_of_python_s_folder(tmp_path, monkeypatch, is_debian):
+    folder = tmp_path / "include" / "python3.11"
+    for place in (folder, tmp_path / "include" / "x86_64-linux-gnu" / "python3.11"):
+        if is_debian or place == folder:
+            place.mkdir(parents=True)
+            (place / "pyconfig.h").touch()
+    monkeypatch.setattr(sysconfig, "get_config_var", {"MULTIARCH": "x86_64-linux-gnu"}.get)
+    monkeypatch.setattr(sysconfig, "get_paths", lambda: {"include": str(folder)})
+    wanted = ["-idirafter", str(tmp_path / "include")] if is_debian else []
+    assert _multiarch_headers() == wanted
 
 
 def test_no_extension_is_for_the_processor_of_this_machine(monkeypatch):

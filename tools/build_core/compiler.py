@@ -75,18 +75,31 @@ def zig_command() -> str:
         target = f"{machine}-linux-musl"
     else:
         target = f"{machine}-linux-gnu.{GLIBC}"
-    return f"{shlex.quote(str(zig))} cc -target {target}"
+    return shlex.join([str(zig), "cc", "-target", target, *_multiarch_headers()])
+
+
+def _multiarch_headers() -> list[str]:
+    """Return the option by which zig finds the header that Debian's pyconfig.h includes from outside Python's folder."""
+    headers, multiarch = Path(sysconfig.get_paths()["include"]), sysconfig.get_config_var("MULTIARCH") or ""
+    if not (headers.parent / multiarch / headers.name / "pyconfig.h").is_file():
+        return []
+    return ["-idirafter", str(headers.parent)]  # after the headers of zig's own C library
 
 
 def commands() -> dict[str, str]:
     """Return what setuptools reads from the environment: how to compile, and how to link.
 
     Python's own command for linking has options that a system may need; its first word is the compiler, which is replaced.
+    Zig's linker refuses some of those that a distribution adds on Linux, and needs none of them.
     """
     if sys.platform == "win32" and not os.environ.get("CC"):
         return {}
-    compiler = configured() or zig_command()
+    compiler = configured()
     _, *options = shlex.split(sysconfig.get_config_var("LDSHARED") or "cc -shared")
+    if compiler is None:
+        compiler = zig_command()
+        if sys.platform != "darwin":
+            options = ["-shared"]
     return {"CC": compiler, "LDSHARED": f"{compiler} {shlex.join(options)}"}
 
 
