@@ -1,6 +1,7 @@
 """How the core is compiled: which compiler, which flags, what is out of date, and what is said where it cannot be."""
 
 import shutil
+import sys
 import sysconfig
 
 import pytest
@@ -19,6 +20,13 @@ def test_without_a_compiler_there_is_none(monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr("sys.platform", "linux")
     assert configured({}.get) is None
+
+
+def test_a_missing_compiler_is_one_line(monkeypatch):
+    monkeypatch.setattr("build_core.compiler.configured", lambda: None)
+    monkeypatch.setitem(sys.modules, "ziglang", None)
+    with pytest.raises(SystemExit, match="There is no C compiler: install gcc or clang, or `pip install 'ziglang"):
+        commands()
 
 
 def test_a_wish_that_is_not_there_is_said(monkeypatch):
@@ -71,6 +79,8 @@ def test_no_extension_is_for_the_processor_of_this_machine(monkeypatch):
 
 
 def test_warnings_are_no_part_of_the_recipe_so_a_strict_build_is_up_to_date_afterwards(monkeypatch):
+    if configured() is None:
+        pytest.importorskip("ziglang", reason="there is no compiler")
     made = []
     monkeypatch.setattr(extensions, "run_each", lambda words, _environment: made.append(words))
     monkeypatch.setattr(extensions, "is_built_from", lambda _path, text: texts.append(text) or True)

@@ -56,7 +56,8 @@ def test_the_end_has_two_delays_and_the_next_command():
     _, summary, _ = told()
     text = " ".join(line.strip() for line in summary)
     assert re.search(r"\(activity\) were reported within 0\.\d\d s; .* \(final\) after 1\.\d s, median", text)
-    assert "Next: mossar view demo:" in text
+    commands = [line.split("  ")[1] for line in summary[summary.index("Next:") + 1 :]]
+    assert commands == ["mossar view demo:", "mossar segment take.bvh", "mossar run 39539"]
     assert "%" not in text
 
 

@@ -64,8 +64,15 @@ def configured(which: Callable[[str], str | None] = shutil.which) -> str | None:
 
 
 def zig_command() -> str:
-    """Return the command of the compiler that the distribution `ziglang` brings, for any machine of this kind."""
-    import ziglang
+    """Return the command of the compiler that the distribution `ziglang` brings, for any machine of this kind.
+
+    Raises:
+        SystemExit: The distribution is not installed.
+    """
+    try:
+        import ziglang
+    except ImportError:
+        raise SystemExit(f"There is no C compiler: install gcc or clang, or `pip install '{ZIG}'`.") from None
 
     zig = Path(ziglang.__file__).with_name("zig")
     machine = "aarch64" if platform.machine().lower() in {"arm64", "aarch64"} else platform.machine().lower()

@@ -22,6 +22,12 @@ if TYPE_CHECKING:
 _LOWEST: Final = 2 * ROWS  # lines of a terminal that has room for the figure
 _TEXT: Final = 42  # columns of a line about a key frame, before the delay
 _NARROW: Final = 38  # the same in a narrow terminal
+NEXT: Final = (
+    "Next:",
+    "  mossar view demo:          the same in a browser",
+    "  mossar segment take.bvh    for a recording of yours",
+    "  mossar run 39539           for a live sender: VMC apps, Kinect bridges",
+)
 _FOUND: Final = "1;32"  # the colour of a key frame at a true cut
 
 
@@ -150,11 +156,11 @@ class Story(LiveView):
             return super().summary()
         found = sum(map(len, self._found.values()))
         lines = [
-            f"✓ {found} of {self.score.cuts} changes from one move to the next were found, each at most {TOLERANCE:g} s off."
+            f"✓ {found} of {self.score.cuts} changes of move in the script were found, each at most {TOLERANCE:g} s off."
         ]
         if self._others:
             lines.append(
-                f"· {counted(self._others, 'more key frame')} within moves: single movements, as one punch after another."
+                f"· {counted(self._others, 'more key frame')} within moves, between single movements, as between two punches."
             )
         lines += self._counts()
         if self._delays["activity"] and self._delays["final"]:
@@ -162,9 +168,7 @@ class Story(LiveView):
                 f"Moving and resting (activity) were reported within {max(self._delays['activity']):.2f} s; "
                 f"a key frame was decided (final) after {self._delay('final'):.1f} s, median."
             )
-        lines.append(
-            "Next: mossar view demo: shows this in a browser; mossar segment take.bvh is for your recording."
-        )
+        lines += NEXT
         return [part for line in ["", *lines] for part in self._console.fold(line)]
 
 

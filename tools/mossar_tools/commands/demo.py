@@ -11,9 +11,10 @@ from mossar_tools.values import share, whole
 SECONDS = 30.0  # of motion, unless the user says otherwise
 
 INTRODUCTION = (
-    "A built-in performer rests, walks, turns, punches, kicks, jumps, squats and waves. mossar sees the joints only. It reports at "
-    "once that the performer is moving or resting. It finds where one move ends and the next begins: a key frame. That is decided "
-    "1 or 2 seconds later, when the next movement is seen. ✓ marks a change of move, · a single movement within a move."
+    "A built-in performer plays a script: it rests, walks, turns, punches, kicks, jumps, squats and waves. mossar sees the joints "
+    "only, not the script. It reports at once whether the performer is moving or resting. A key frame is where one movement ends and the "
+    "next begins. It is decided 1 or 2 seconds later, from what follows. ✓ marks a key frame where the script changes the move, "
+    "with the names of the script; · marks one within a move, as between two punches."
 )
 DESCRIPTION = """Show a built-in performer that rests, walks, punches, kicks and jumps. The terminal shows when it moves and rests, and each
 key frame once it is decided, with a mark at true changes of move."""
