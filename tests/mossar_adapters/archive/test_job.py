@@ -180,7 +180,7 @@ def test_added_recordings_are_segmented_and_settings_are_not_mixed(archive):
     write_performance(archive.source / "b.msk", 2)
     archive.run("--resume")
     assert archive.paths("recordings") == ["a.msk", "b.msk"]
-    for options, message in [((), "--resume goes on"), (("--resume", "--level", "cluster"), "not mixed")]:
+    for options, message in [((), "--resume continues"), (("--resume", "--level", "cluster"), "not mixed")]:
         process = archive.start(*options)
         _, messages = process.communicate(timeout=60)
         assert process.returncode == 2
