@@ -54,7 +54,8 @@ LIMBS = (
     "left_leg",
     "right_leg",
 )
-FOLLOWED = (  # and of moves that are followed, besides `count`
+# Further columns of moves that are followed, besides `count`.
+FOLLOWED = (
     "relative_tempo",
     "deviation",
     *(f"deviation_{limb}" for limb in LIMBS),

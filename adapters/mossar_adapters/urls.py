@@ -154,14 +154,16 @@ def open_frame_sink(url: str, *, force: bool = False, position: int | None = Non
     return sink
 
 
-_LIKE = {  # what people type for schemes
+# What people type for schemes.
+_LIKE = {
     "udp": ("osc",),
     "tcp": ("zmq",),
     "http": ("ws+bind", "ws"),
     "https": ("ws+bind", "ws"),
     "camera": ("webcam",),
 }
-_INSTEAD = {  # what does what was asked for
+# What does it where a scheme cannot.
+_INSTEAD = {
     ("ws", "source"): "; ws+bind:// listens for senders",
     ("ws", "frame_sink"): "; osc:// and zmq+bind:// do",
 }

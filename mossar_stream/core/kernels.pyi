@@ -11,9 +11,8 @@ from mossar_stream.events import Event
 from mossar_stream.moves.explaining import Explanation
 
 Array: TypeAlias = NDArray[Any]  # C-contiguous, of the type that the docstring names
-Place: TypeAlias = tuple[
-    int, str, tuple[int, ...]
-]  # offset in bytes, name of the record or number type, shape
+# Offset in bytes, name of the record or number type, shape.
+Place: TypeAlias = tuple[int, str, tuple[int, ...]]
 
 BUILT_FROM: str
 RECORDS: dict[str, np.dtype[np.void]]  # by the names of the structs

@@ -2,6 +2,7 @@
 
 from mossar_stream.settings import Up
 
-UPWARDS: dict[Up, tuple[int, float]] = {  # axis and sign
+# Axis and sign of each.
+UPWARDS: dict[Up, tuple[int, float]] = {
     "auto": (1, 1.0), "x": (0, 1.0), "y": (1, 1.0), "z": (2, 1.0), "-x": (0, -1.0), "-y": (1, -1.0), "-z": (2, -1.0),
 }  # fmt: skip

@@ -98,7 +98,8 @@ def test_sensors_with_openni_are_known_in_any_spelling(spelling):
 
 
 def test_joints_that_the_nearest_set_lacks_hang_where_their_names_say():
-    tree = {  # BVH names of which a set knows all but the chest
+    # BVH names of which a set knows all but the chest.
+    tree = {
         "Hips": "", "Spine": "Hips", "Chest": "Spine", "Neck": "Chest", "Head": "Neck", "Head_End": "Head",
         "LeftShoulder": "Chest", "LeftArm": "LeftShoulder", "LeftForeArm": "LeftArm", "LeftHand": "LeftForeArm",
         "RightShoulder": "Chest", "RightArm": "RightShoulder", "RightForeArm": "RightArm", "RightHand": "RightForeArm",

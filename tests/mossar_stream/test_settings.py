@@ -189,7 +189,8 @@ def test_level_motion_keeps_rests_unless_the_preset_is_the_papers(preset, level,
     assert settings.replace(rests="keep").resolved().rests == "keep"
 
 
-ALONE = {  # values that no bundle has, one for each field; some are legal with others only
+# Values that no bundle has, one for each field; some are legal with others only.
+ALONE = {
     "rate_limit": [17.0],
     "window": [0.33],
     "smoothing": ["moving_average", "one_euro"],

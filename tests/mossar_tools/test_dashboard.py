@@ -319,7 +319,8 @@ def come_and_go(page):
     return len(page._server._websock_server._broadcast_buffer.message_from_id)
 
 
-CAMERA = {  # what a page says first
+# What a page says first.
+CAMERA = {
     "type": "ViewerCameraMessage",
     "wxyz": (1.0, 0.0, 0.0, 0.0),
     "position": (0.0, 0.0, 0.0),

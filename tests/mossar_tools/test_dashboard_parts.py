@@ -42,7 +42,6 @@ from mossar_tools.dashboard.tables import WAITING, marks_card, state_card
 from mossar_tools.dashboard.tasks import Tasks
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.marks import Chart, Curve, Mark, Stretch
-from mossar_tools.options import Options
 from mossar_tools.palette import LIGHT
 from mossar_tools.settings_file import as_toml
 
@@ -83,7 +82,7 @@ def test_a_frozen_picture_stays(seen):
 
 
 def test_a_recording_shows_as_many_key_frames_as_asked_for():
-    whole = load_recording(Options(file="demo:?seconds=20&seed=3"))
+    whole = load_recording("demo:?seconds=20&seed=3")
     show = RecordedShow([("p1", whole)], Settings(range="file"))
     total = show.total
     assert total > 10
@@ -103,7 +102,7 @@ def test_a_recording_shows_as_many_key_frames_as_asked_for():
 
 @pytest.fixture(scope="module")
 def medley():
-    return load_recording(Options(file="demo:?seconds=40&seed=5"))
+    return load_recording("demo:?seconds=40&seed=5")
 
 
 @pytest.mark.parametrize("start", ["motion", "cluster"])

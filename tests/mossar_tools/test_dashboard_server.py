@@ -18,7 +18,6 @@ from mossar_tools.dashboard.server import _guarded, open_server
 from mossar_tools.dashboard.visitors import Visitors
 from mossar_tools.errors import UsageError
 from mossar_tools.loaded_recording import load_recording
-from mossar_tools.options import Options
 
 
 @pytest.mark.parametrize("host", ["192.0.2.1", "2001:db8::1"])
@@ -59,7 +58,7 @@ def answer(port, origin):
 
 
 def test_only_the_page_itself_moves_the_playhead():
-    whole = load_recording(Options(file="demo:?seconds=6"))
+    whole = load_recording("demo:?seconds=6")
     show = RecordedShow([("p1", whole)], Settings(range="file"))
     show.player.paused = True
     page = Page(show, 0)

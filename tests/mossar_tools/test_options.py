@@ -1,12 +1,13 @@
 import contextlib
 
-import msgspec
 import pytest
 
 from mossar_adapters.pose.settings import DEFAULTS
 from mossar_stream import MossarError, SettingsError
 from mossar_tools.commands import run, segment
-from mossar_tools.options import Options, parse
+from mossar_tools.configuration import known_names
+from mossar_tools.declared import values_of
+from mossar_tools.options import parse
 from mossar_tools.parser import parser_of
 
 
@@ -15,7 +16,7 @@ def segment_options(tmp_path):
     def read(config):
         path = tmp_path / "mossar.toml"
         path.write_text(config)
-        return parse(parser_of("mossar segment", segment), ("demo:", "--config", str(path)))
+        return parse(parser_of("mossar segment", segment), segment.Options, ("demo:", "--config", str(path)))
 
     return read
 
@@ -28,71 +29,75 @@ def options(tmp_path):
             path = tmp_path / "mossar.toml"
             path.write_text(config)
             arguments = ("--config", str(path), *arguments)
-        return parse(parser, arguments)
+        return parse(parser, run.Options, arguments)
 
     return read
 
 
 def test_defaults_go_behind_the_preset(options):
-    assert options("demo:").settings().remerge_seconds is None
-    assert options("demo:", "--preset", "game").settings().remerge_seconds == 1.0
+    assert options("demo:").segmentation.settings().remerge_seconds is None
+    assert options("demo:", "--preset", "game").segmentation.settings().remerge_seconds == 1.0
 
 
 @pytest.mark.parametrize(
     "source", ["webcam:", "webcam:1?model=lite", "dance.mp4", "DANCE.MOV", "dance.mp4.pose.npz"]
 )
 def test_settings_that_suit_pictures_lie_under_those_of_the_user(options, source):
-    usual = options(source).settings()
+    usual = options(source).segmentation.settings(source)
     assert {name: getattr(usual, name) for name in DEFAULTS} == DEFAULTS
-    own = options(source, "--set", "smoothing=none").settings()
+    own = options(source, "--set", "smoothing=none").segmentation.settings(source)
     assert (own.smoothing, own.one_euro_cutoff) == ("none", DEFAULTS["one_euro_cutoff"])
 
 
 @pytest.mark.parametrize("source", ["demo:", "walk.bvh", "walk.npz", "osc://127.0.0.1:9000"])
 def test_other_sources_keep_the_defaults(options, source):
-    assert options(source).settings() == options("demo:").settings()
+    assert options(source).segmentation.settings(source) == options("demo:").segmentation.settings()
 
 
 def test_each_recording_of_several_has_the_settings_that_suit_it(segment_options):
-    both = msgspec.structs.replace(segment_options(""), sources=("walk.bvh", "dance.mp4"))
-    smoothings = [msgspec.structs.replace(both, file=name).settings().smoothing for name in both.sources]
+    segmentation = segment_options("").segmentation
+    smoothings = [segmentation.settings(name).smoothing for name in ("walk.bvh", "dance.mp4")]
     assert smoothings == ["none", "one_euro"]
-    taught = msgspec.structs.replace(both, sources=("dance.mp4",), file="moves.json")
-    assert taught.settings().smoothing == "one_euro"
+    assert segmentation.settings("walk.bvh", "dance.mp4").smoothing == "one_euro"
 
 
 def test_the_preset_goes_behind_the_configuration(options):
     config = 'preset = "game"\n[settings]\nwindow = 0.5'
-    assert options("demo:", config=config).settings().window == 0.5
-    assert options("demo:", "--preset", "paper", config="[settings]\nwindow = 0.5").settings().window == 0.5
+    assert options("demo:", config=config).segmentation.settings().window == 0.5
+    assert (
+        options("demo:", "--preset", "paper", config="[settings]\nwindow = 0.5")
+        .segmentation.settings()
+        .window
+        == 0.5
+    )
 
 
 def test_the_configuration_goes_behind_the_command_line(options):
     config = 'preset = "game"\nlevel = "cluster"\nstats = 5\nto = ["a.jsonl", "b.csv"]\n[settings]\nwindow = 0.5\nlayers = 2'
     chosen = options("demo:", "--set", "window=0.7", "--to", "-", "--level", "0.3", config=config)
-    settings = chosen.settings()
+    settings = chosen.segmentation.settings()
     assert (settings.window, settings.layers, settings.level) == (0.7, 2, 0.3)
     assert settings.remerge_seconds == 1.0
-    assert (chosen.to, chosen.stats) == (("-",), 5.0)
+    assert (chosen.streaming.to, chosen.streaming.stats) == (("-",), 5.0)
 
 
 def test_the_configuration_may_name_sources_and_lists(options):
     chosen = options(config='sources = ["demo:", "a.bvh"]\njoints = ["hip", "hand"]\nquiet = true')
     assert chosen.sources == ("demo:", "a.bvh")
-    assert chosen.joints == ("hip", "hand")
-    assert chosen.quiet
+    assert chosen.body.joints == ("hip", "hand")
+    assert chosen.messages.quiet
 
 
 def test_a_configuration_knows_options_by_the_names_that_users_know(segment_options, options):
     assert segment_options("from = 2").begin == 2.0
-    assert options("demo:", config="from = 2").begin is None
+    assert "begin" not in values_of(options("demo:", config="from = 2"))
     for ours in ("plot_from = 2", "begin = 2"):
         with pytest.raises(MossarError, match=r"there is no option .*; there are .*\bfrom\b"):
             options("demo:", config=ours)
 
 
 def test_options_of_other_commands_may_stand_in_the_configuration(options):
-    assert options("demo:", config='plot = "x.png"\nkeep = 3').plot is None
+    assert not {"plot", "keep"} & values_of(options("demo:", config='plot = "x.png"\nkeep = 3')).keys()
 
 
 def test_an_output_in_the_configuration_may_name_no_file(segment_options):
@@ -101,14 +106,14 @@ def test_an_output_in_the_configuration_may_name_no_file(segment_options):
 
 
 def test_feet_in_the_configuration_are_those_of_the_command_line(options):
-    wanted = options("demo:", "--feet", "left=LANK,LTOE", "right=RANK").settings().feet
+    wanted = options("demo:", "--feet", "left=LANK,LTOE", "right=RANK").segmentation.settings().feet
     assert wanted == "left=LANK,LTOE right=RANK"
     for text in ('["left=LANK,LTOE", "right=RANK"]', '"left=LANK,LTOE right=RANK"'):
-        assert options("demo:", config=f"feet = {text}").settings().feet == wanted
+        assert options("demo:", config=f"feet = {text}").segmentation.settings().feet == wanted
 
 
 def test_no_value_of_a_configuration_crashes(options, segment_options):
-    for name in Options.__struct_fields__:
+    for name in (*known_names(), *values_of(segment.Options()), "file", "target"):
         for value in (
             "5.0",
             "-1",
@@ -128,7 +133,7 @@ def test_no_value_of_a_configuration_crashes(options, segment_options):
 
 def test_tables_in_the_settings_are_parts(options):
     chosen = options("demo:", config="[settings.features]\npositions = 0.5\nlog_speed = 0.5")
-    assert chosen.settings().features.log_speed == 0.5
+    assert chosen.segmentation.settings().features.log_speed == 0.5
 
 
 @pytest.mark.parametrize(
@@ -168,7 +173,7 @@ def test_a_wrong_configuration_is_named_with_its_file(options, config, message):
 
 def test_a_setting_of_the_configuration_may_be_completed_on_the_command_line(options):
     config = '[settings]\nrange = "fixed"'
-    assert options("demo:", "--set", "range_max=2", config=config).settings().range_max == 2
+    assert options("demo:", "--set", "range_max=2", config=config).segmentation.settings().range_max == 2
     with pytest.raises(MossarError, match=r"mossar\.toml: setting range=fixed needs range_max"):
         options("demo:", config=config)
     with pytest.raises(SettingsError, match=r"^no setting called 'bar'"):
@@ -176,4 +181,6 @@ def test_a_setting_of_the_configuration_may_be_completed_on_the_command_line(opt
 
 
 def test_the_last_of_two_equal_settings_counts(options):
-    assert options("demo:", "--set", "window=0.3", "--set", "window=0.4").settings().window == 0.4
+    assert (
+        options("demo:", "--set", "window=0.3", "--set", "window=0.4").segmentation.settings().window == 0.4
+    )

@@ -29,12 +29,13 @@ from mossar_stream import (
     Settings,
     Skeleton,
 )
+from mossar_tools.commands import run
 from mossar_tools.dashboard.glimpse import FollowedMove
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.tables import state_card
 from mossar_tools.dashboard.tally import Tally
 from mossar_tools.dashboard.track import Track
-from mossar_tools.options import Options
+from mossar_tools.options import PageOptions, Segmenting, Streaming
 from mossar_tools.player_page import page as page_module
 from mossar_tools.player_page.opening import wanted_names, wants_player_page
 from mossar_tools.player_page.outline import outline_of
@@ -349,23 +350,26 @@ def test_points_are_whole_millimetres_and_hidden_ones_are_none(squats):
         (("webcam:",), {}, True),
         (("webcam:browser?model=lite",), {}, True),
         (("osc://0.0.0.0:39539",), {}, False),
-        (("osc://0.0.0.0:39539",), {"repetitions": True}, True),
-        (("zmq://127.0.0.1:5556",), {"moves": "m.json"}, True),
-        (("-",), {"moves": "m.json", "follow": ("squat",)}, True),
-        (("demo:",), {"repetitions": True}, False),
-        (("walk.bvh",), {"moves": "m.json", "follow": ("squat",)}, False),
-        (("demo:",), {"page": "player"}, True),
-        (("webcam:",), {"page": "dashboard"}, False),
+        (("osc://0.0.0.0:39539",), {"segmentation": Segmenting(repetitions=True)}, True),
+        (("zmq://127.0.0.1:5556",), {"streaming": Streaming(moves="m.json")}, True),
+        (("-",), {"streaming": Streaming(moves="m.json", follow=("squat",))}, True),
+        (("demo:",), {"segmentation": Segmenting(repetitions=True)}, False),
+        (("walk.bvh",), {"streaming": Streaming(moves="m.json", follow=("squat",))}, False),
+        (("demo:",), {"page": PageOptions(page="player")}, True),
+        (("webcam:",), {"page": PageOptions(page="dashboard")}, False),
     ],
 )
 def test_cameras_and_senders_of_which_something_is_counted_have_the_page(sources, given, wanted):
-    assert wants_player_page(Options(sources=sources, **given)) is wanted
+    assert wants_player_page(run.Options(sources=sources, **given)) is wanted
 
 
 def test_a_move_that_is_taught_on_the_page_of_a_camera_is_followed():
-    assert wanted_names(Options(sources=("webcam:",))) == ("all",)
-    assert wanted_names(Options(sources=("webcam:",), moves="m.json")) == ()
-    assert wanted_names(Options(sources=("webcam:",), moves="m.json", follow=("squat",))) == ("squat",)
+    def names(**streaming):
+        return wanted_names(run.Options(sources=("webcam:",), streaming=Streaming(**streaming)))
+
+    assert names() == ("all",)
+    assert names(moves="m.json") == ()
+    assert names(moves="m.json", follow=("squat",)) == ("squat",)
 
 
 def test_the_camera_of_the_browser_needs_its_page(mossar):

@@ -12,7 +12,6 @@ from mossar_stream import KeyFrame, Segmentation, Skeleton, segment_recording
 from mossar_tools.excerpt import excerpt
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.marks import Mark, Stretch
-from mossar_tools.options import Options
 from mossar_tools.palette import LIGHT
 from mossar_tools.poses import draw_poses
 from mossar_tools.thinning import extremes, runs, strongest_apart
@@ -135,7 +134,7 @@ def test_figures_stay_within_their_panel_however_high_a_club_is_raised():
 
 
 def test_all_true_cuts_of_a_long_performance_are_known():
-    whole = load_recording(Options(file="demo:?seed=3&seconds=2600&fps=10"))
+    whole = load_recording("demo:?seed=3&seconds=2600&fps=10")
     assert len(whole.cuts) > 1000
     assert whole.cuts[0].time < 10
     assert whole.cuts[-1].time > 2580

@@ -16,8 +16,8 @@ from mossar_adapters.files import open_recording
 from mossar_adapters.segment_csv import COLUMNS
 from mossar_stream import Settings, segment_recording
 from mossar_tools.batch import segment_all
+from mossar_tools.commands.segment import Options
 from mossar_tools.loaded_recording import load_recording
-from mossar_tools.options import Options
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "labelled"
 needs_data = pytest.mark.skipif(not DATA.exists(), reason=f"no labelled recordings at {DATA}")
@@ -397,7 +397,7 @@ def test_a_part_of_a_recording_is_a_recording_for_all_outputs(mossar, tmp_path):
     source, part = "demo:?seed=3&seconds=30&fps=30", ("--from", "10", "--until", "20")
     clips, marks = tmp_path / "clips", tmp_path / "marks.eaf"
     report = json.loads(mossar("segment", source, "--json", *part)[1])
-    whole = load_recording(Options(file=source))
+    whole = load_recording(source)
     inside = (whole.times >= 10) & (whole.times <= 20)
     expected = segment_recording(
         whole.positions[inside],

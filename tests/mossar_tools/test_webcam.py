@@ -178,7 +178,7 @@ def test_a_browser_with_a_camera_brings_key_frames_and_asks_nobody_else(page, ca
 def test_view_takes_the_camera_of_the_browser_where_this_computer_has_none_for_programs(monkeypatch, caplog):
     from mossar_adapters.pose import camera
     from mossar_adapters.pose.types import PoseError
-    from mossar_tools.options import Options
+    from mossar_tools.commands.run import Options
     from mossar_tools.player_page.opening import _eye_of
 
     def missing(_):

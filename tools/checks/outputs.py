@@ -31,8 +31,8 @@ class Case(NamedTuple):
 
     Args:
         command: Its name.
-        read: Name of the input in `Options`.
-        written: Name of the output in `Options`.
+        read: Field of the input in the command's `Options`.
+        written: Field of the output in the command's `Options`.
         arguments: Of the command, with `{in}` and `{out}` for both places.
     """
 

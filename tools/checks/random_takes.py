@@ -78,12 +78,13 @@ TYPES = [
 ENOUGH = 100
 LONGEST_CROWD = 4.0  # s
 CROWDED = 3  # one of so many takes has a crowd besides
+# Statuses after which no message comes about an id.
 LAST_WORDS = {
     "key_frame": {"final", "withdrawn"},
     "move": {"final", "withdrawn"},
     "follow": {"done", "left"},
     "pose": {"left"},
-}  # statuses after which no message comes about an id
+}
 SHOWN = 5  # failures that are printed
 
 

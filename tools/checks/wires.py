@@ -22,12 +22,12 @@ import numpy as np
 from checks.run_process import RunProcess, free_port
 from mossar_adapters.address import parse_url
 from mossar_adapters.files.kinematics import joint_positions
+from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.registry import format_of, open_motion
 from mossar_adapters.osc.assembly.humanoid import mapped_bones, present_parents
 from mossar_adapters.source import Meta
 from mossar_stream import MossarError
 from mossar_tools.opening import source_of
-from mossar_tools.options import Options
 
 NEAR = 2  # frames
 _QUIET = 1.5  # s without frames, after which the take has ended
@@ -147,7 +147,7 @@ def meta_of(file: str) -> Meta:
     Raises:
         MossarError: If it cannot be read, or has no rate or centre.
     """
-    source = source_of(file, Options(speed="max", quiet=True))
+    source = source_of(file, ReadOptions(), speed="max")
     meta = next(item for item in source.items() if isinstance(item, Meta))
     source.close()
     if meta.fps is None or meta.skeleton.root < 0:

@@ -10,10 +10,9 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
-import msgspec.structs
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording, OnProgress
@@ -48,8 +47,10 @@ from mossar_tools.console import LOGGER
 from mossar_tools.excerpt import chosen_of
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.moves_file import moves_to_follow
-from mossar_tools.options import Options
 from mossar_tools.sessions import columns_of_names, values_of_name
+
+if TYPE_CHECKING:
+    from mossar_tools.commands.segment import Options
 
 # Further columns with angles.
 BENT = (
@@ -86,16 +87,18 @@ class Segmented(msgspec.Struct, frozen=True):
 
 
 def segment_whole(
-    options: Options,
+    file: str,
+    options: "Options",
     on_progress: OnProgress = lambda _: None,
     progress: Callable[[], Callable[[float], None]] | None = None,
     *,
     curves: bool = False,
 ) -> tuple[LoadedRecording, Result, Segmentation]:
-    """Return the recording that `options.file` names, what was found in it, and the level that is wanted.
+    """Return a recording, what was found in it, and the level that is wanted.
 
     Args:
-        options: Which file, and how to segment it.
+        file: Its path, or demo:.
+        options: Which part of it, and how to segment it.
         on_progress: Gets the share that is read.
         progress: Returns, as segmentation begins, what gets the share of it that is done.
         curves: Whether to keep the velocity curve.
@@ -103,9 +106,10 @@ def segment_whole(
     Raises:
         MossarError: If it cannot be read, or the options do not fit it.
     """
-    settings = options.settings(range="file")
+    settings = options.segmentation.settings(file, range="file")
     moves, follow = moves_to_follow(options.moves, options.follow)
-    loaded = load_recording(options, on_progress)
+    reading = options.body.reading(again=options.picture.force)
+    loaded = load_recording(file, reading, on_progress, begin=options.begin, until=options.until)
     if settings.steps and settings.up == "auto":
         settings = settings.replace(up=loaded.up)
     result = segment_recording(
@@ -166,7 +170,7 @@ def _warn_of_dropped_frames(loaded: LoadedRecording, takes: Sequence[tuple[int, 
 
 
 def report_of(
-    options: Options, loaded: LoadedRecording, result: Result, chosen: Segmentation
+    options: "Options", loaded: LoadedRecording, result: Result, chosen: Segmentation
 ) -> dict[str, Any]:
     """Return the `--json` output of a recording."""
     report: dict[str, Any] = {
@@ -174,7 +178,7 @@ def report_of(
         "recording": loaded.name,
         **values_of_name(options, loaded.name),
         "fps": loaded.fps,
-        "level": options.settings().level if options.keep is None else None,
+        "level": options.segmentation.settings().level if options.keep is None else None,
         "key_frames": result.key_frames,
         "segments": chosen.segments,
     }
@@ -205,7 +209,7 @@ def report_of(
 
 
 def rows_of(
-    options: Options, loaded: LoadedRecording, result: Result, chosen: Segmentation
+    options: "Options", loaded: LoadedRecording, result: Result, chosen: Segmentation
 ) -> list[dict[str, Any]]:
     """Return the rows of `--csv` of a recording: segments, those of the body first, then repetitions, then moves."""
     rows = _rows_of_parts(options, loaded, result, chosen)
@@ -217,9 +221,9 @@ def rows_of(
     return [blank | row for row in rows]
 
 
-def columns_of(options: Options) -> tuple[str, ...]:
+def columns_of(options: "Options") -> tuple[str, ...]:
     """Return the heading of `--csv`."""
-    counted: tuple[str, ...] = COUNTED if options.settings().repetitions else ()
+    counted: tuple[str, ...] = COUNTED if options.segmentation.settings().repetitions else ()
     named = () if options.moves is None else NAMED
     counted += BENT if options.angles else ()
     counted += ("count",) if options.follow and "count" not in counted else ()
@@ -230,7 +234,7 @@ def columns_of(options: Options) -> tuple[str, ...]:
         + counted
         + named
         + (FOLLOWED if options.follow else ())
-        + (STEPPED if options.settings().steps else ())
+        + (STEPPED if options.segmentation.settings().steps else ())
     )
 
 
@@ -268,7 +272,7 @@ def _shown(value: float | None) -> str:
 
 
 def _rows_of_parts(
-    options: Options, loaded: LoadedRecording, result: Result, chosen: Segmentation
+    options: "Options", loaded: LoadedRecording, result: Result, chosen: Segmentation
 ) -> list[dict[str, Any]]:
     channels = {BODY: chosen} | {name: chosen_of(own, options.keep) for name, own in result.limbs.items()}
     return [row for channel, found in channels.items() for row in rows_of_segments(loaded, found, channel)]
@@ -285,7 +289,7 @@ def rows_of_segments(
     ]
 
 
-def segment_all(files: Sequence[str], options: Options) -> Iterator[Segmented]:
+def segment_all(files: Sequence[str], options: "Options") -> Iterator[Segmented]:
     """Yield the outcome of each recording, in their order."""
     processes = min(os.cpu_count() or 1, len(files) // FEW)
     if processes < 2:
@@ -302,7 +306,7 @@ def segment_all(files: Sequence[str], options: Options) -> Iterator[Segmented]:
             yield _alone(waiting.pop(0), options)
 
 
-def _in_processes(files: Sequence[str], options: Options, processes: int) -> Iterator[Segmented]:
+def _in_processes(files: Sequence[str], options: "Options", processes: int) -> Iterator[Segmented]:
     under_way: list[Future[Segmented]] = []
     rest = iter(files)
     with ProcessPoolExecutor(processes, get_context("spawn"), _leave_ctrl_c_to_the_parent) as pool:
@@ -317,7 +321,7 @@ def _in_processes(files: Sequence[str], options: Options, processes: int) -> Ite
             pool.shutdown(cancel_futures=True)
 
 
-def _alone(name: str, options: Options) -> Segmented:
+def _alone(name: str, options: "Options") -> Segmented:
     try:
         return next(_in_processes([name], options, 1))
     except BrokenProcessPool:
@@ -328,11 +332,10 @@ def _leave_ctrl_c_to_the_parent() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _segmented(options: Options, name: str) -> Segmented:
-    own = msgspec.structs.replace(options, file=name)
+def _segmented(options: "Options", name: str) -> Segmented:
     try:
-        loaded, result, chosen = segment_whole(own)
+        loaded, result, chosen = segment_whole(name, options)
     except MossarError as error:
         return Segmented(name, error=str(error))
-    report = msgspec.to_builtins(report_of(own, loaded, result, chosen))
-    return Segmented(name, report, rows_of(own, loaded, result, chosen), len(loaded.times))
+    report = msgspec.to_builtins(report_of(options, loaded, result, chosen))
+    return Segmented(name, report, rows_of(options, loaded, result, chosen), len(loaded.times))

@@ -12,17 +12,14 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import Any, Final, Protocol
 
 import mossar_stream
 from mossar_stream import MossarError
 from mossar_tools.console import LOGGER, Console, console
 from mossar_tools.errors import DONE, FAILED, INTERRUPTED, TERMINATED, WRONG_USAGE, Terminated, UsageError
-from mossar_tools.parser import Parser, did_you_mean, parser_of
+from mossar_tools.parser import Declares, Parser, did_you_mean, parser_of
 from mossar_tools.signals import raising
-
-if TYPE_CHECKING:
-    from mossar_tools.options import Options
 
 NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EIO}
 COMMANDS: Final[dict[str, str]] = {
@@ -89,17 +86,11 @@ mossar help COMMAND explains a command. mossar take.bvh segments a recording.
 """
 
 
-class Command(Protocol):
+class Command(Declares, Protocol):
     """A module that is a program's command."""
 
-    DESCRIPTION: str
-    EXAMPLES: str
-
-    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Add the arguments of this command."""
-
-    def run(self, options: "Options", console: Console) -> int:
-        """Run the command and return the exit status."""
+    def run(self, options: Any, console: Console) -> int:
+        """Run the command and return the exit status; the options are a record of its `Options`."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -185,11 +176,12 @@ def run_command(
 
     parser = parser_of(prog, command)
     try:
-        options = parse(parser, arguments)
+        options: Any = parse(parser, command.Options, arguments)
     except SystemExit:  # --help
         return DONE
-    level = options.log_level or ("error" if options.quiet else "debug" if options.verbose else "info")
-    terminal.set_up(level, as_json=options.log_json, status=not options.quiet)
+    messages = options.messages
+    level = messages.log_level or ("error" if messages.quiet else "debug" if messages.verbose else "info")
+    terminal.set_up(level, as_json=messages.log_json, status=not messages.quiet)
     if assumed and not (prog.endswith("segment") and not Path(arguments[0]).exists()):
         LOGGER.info("this is %s %s", prog, " ".join(arguments)[:100])
     if prog.rpartition(" ")[2] in STREAMED:

@@ -12,29 +12,25 @@ does not have are passed over, so that one file serves several commands::
 """
 
 import argparse
-from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 from mossar_adapters.toml_file import read_toml
 from mossar_stream import MossarError
+from mossar_tools.declared import declared
 from mossar_tools.errors import UsageError
 from mossar_tools.parser import did_you_mean
 
-# Not by these names, or not at all.
-_ELSEWHERE = {"set", "config", "file", "target", "check", "begin", "plot_to"}
+_ELSEWHERE = {"set", "config", "check"}  # not by these names, or not at all
 _NOT_HERE = ("plot_to",)  # --to of a picture is no sink, which is what `to` means in a file
 
 
-def read_configuration(
-    path: Path, parser: argparse.ArgumentParser, fields: Collection[str]
-) -> dict[str, Any]:
-    """Return the option values in a file, named as in `Options`.
+def read_configuration(path: Path, parser: argparse.ArgumentParser) -> dict[str, Any]:
+    """Return the option values in a file, by the names of their fields.
 
     Args:
         path: TOML file.
         parser: Parser of the command; it checks and converts the values.
-        fields: Names in `Options`.
 
     Raises:
         UsageError: If the file cannot be read, or a key or value is impossible.
@@ -48,7 +44,7 @@ def read_configuration(
         raise UsageError(f"{path}: sources must be a list of texts")
     found: dict[str, Any] = {"set": _flattened(settings)}
     actions = {name: action for action in parser._actions for name in action.option_strings}  # noqa: SLF001
-    names = {*fields, "from", "settings"} - _ELSEWHERE
+    names = known_names()
     for key, value in content.items():
         option = "--" + key.replace("_", "-")
         if key.replace("-", "_") not in names:
@@ -59,6 +55,14 @@ def read_configuration(
     if sources and any(action.dest == "sources" for action in parser._actions):  # noqa: SLF001
         found["sources"] = sources
     return found
+
+
+def known_names() -> set[str]:
+    """Return the keys that a file may have: the options of all commands, the sources and the settings."""
+    from mossar_tools.cli import COMMANDS, command_called
+
+    flags = {one.flag for name in COMMANDS for one in declared(command_called(name).Options)}
+    return {flag.replace("-", "_") for flag in flags if flag} - _ELSEWHERE | {"sources", "settings"}
 
 
 def _converted(path: Path, key: str, value: Any, action: argparse.Action) -> Any:

@@ -7,42 +7,42 @@ from mossar_adapters.pipeline.emission import Emission
 from mossar_stream import Settings
 from mossar_tools.console import LOGGER
 from mossar_tools.errors import UsageError
-from mossar_tools.options import Options
+from mossar_tools.options import Streaming
 
 
-def check_emission(options: Options, settings: Settings, emission: Emission, *, teaches: bool) -> None:
+def check_emission(streaming: Streaming, settings: Settings, emission: Emission, *, teaches: bool) -> None:
     """Refuse `--emit` of events that this run never has.
 
     Args:
-        options: The user's options.
+        streaming: The user's streaming.
         settings: Of the run.
-        emission: Of `options.emit`.
+        emission: Of its `emit`.
         teaches: Whether moves may be shown while it runs.
 
     Raises:
         UsageError: If none of the events of a type that is asked for can come; it names the option that is missing.
     """
-    if not options.emit:
+    if not streaming.emit:
         return
-    controlled = bool(options.control)  # settings may change
+    controlled = bool(streaming.control)  # settings may change
     missing = {
-        "move": "" if options.moves or teaches else "--moves FILE",
-        "pose": "" if options.moves or teaches else "--moves FILE with poses",
-        "follow": "" if options.follow or controlled else "--follow NAMES",
+        "move": "" if streaming.moves or teaches else "--moves FILE",
+        "pose": "" if streaming.moves or teaches else "--moves FILE with poses",
+        "follow": "" if streaming.follow or controlled else "--follow NAMES",
         "repetition": "" if settings.repetitions or controlled else "--repetitions",
         "phase": "" if settings.phase or controlled else "--set repetitions=true --set phase=true",
         "step": "" if settings.steps or controlled else "--steps",
-        "stats": "" if options.stats else "--stats SECONDS",
+        "stats": "" if streaming.stats else "--stats SECONDS",
     }
-    for word in options.emit:
+    for word in streaming.emit:
         kind = word.partition(".")[0]
         if missing.get(kind) and kind in emission.kinds:
             raise UsageError(f"--emit {word}: there are none without {missing[kind]}")
 
 
-def tell_what_tables_leave_out(options: Options, settings: Settings) -> None:
+def tell_what_tables_leave_out(streaming: Streaming, settings: Settings) -> None:
     """Warn of steps, which the table of a stream has no place for."""
-    tables = [url for url in options.to if PurePath(parse_url(url).path).suffix.lower() == ".csv"]
+    tables = [url for url in streaming.to if PurePath(parse_url(url).path).suffix.lower() == ".csv"]
     if tables and settings.steps:
         LOGGER.warning(
             "%s has no rows for steps; they go to a .jsonl file, or for a recording into the table of mossar segment --csv",

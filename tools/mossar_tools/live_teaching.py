@@ -3,6 +3,7 @@
 import contextlib
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mossar_adapters.pipeline import Pipeline
 from mossar_stream import MossarError, Skeleton
@@ -11,12 +12,14 @@ from mossar_tools.errors import DONE, FAILED, UsageError
 from mossar_tools.figures_in_text import example_lines
 from mossar_tools.moves_file import read_moves, take_pose
 from mossar_tools.opening import source_of
-from mossar_tools.options import Options
 from mossar_tools.rest_to_rest import REST
 from mossar_tools.series import Series, Shown
 from mossar_tools.signals import stopping
 from mossar_tools.streaming import check_streamable
 from mossar_tools.taking import Movement, MovementTaker, TimedTaker
+
+if TYPE_CHECKING:
+    from mossar_tools.commands.teach import Options
 
 LEAD = 3.0  # s before each example of a fixed length
 
@@ -29,7 +32,7 @@ class LiveTeaching:
         console: Where words and figures go.
     """
 
-    def __init__(self, options: Options, console: Console) -> None:
+    def __init__(self, options: "Options", console: Console) -> None:
         self._options, self._console = options, console
         self._name = options.name or options.pose or ""
         self._wanted = options.times if options.pose is None else 1
@@ -41,8 +44,10 @@ class LiveTeaching:
         """Take examples until the series is whole or the stream ends, save them, and return the exit status."""
         options, console = self._options, self._console
         _check_file(Path(options.file))
-        settings = options.settings()
-        with contextlib.closing(source_of(options.sources[0], options)) as source:
+        settings = options.segmentation.settings(options.sources[0])
+        with contextlib.closing(
+            source_of(options.sources[0], options.reading(), options.people, options.speed)
+        ) as source:
             self._pipeline = Pipeline([source], [], settings, views=[self._taker()])
             check_streamable(settings)
             console.say(self._instruction())

@@ -5,30 +5,37 @@ import os
 import re
 from collections.abc import Mapping
 from pathlib import Path, PurePath
+from typing import Any
 
 import msgspec
 
 from mossar_adapters.abilities import NamesPerformers, Notes, offered
 from mossar_adapters.address import parse_url
 from mossar_adapters.files import open_recording
+from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Listener
 from mossar_adapters.people import REMEMBERED
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Recording, Source
 from mossar_adapters.urls import SCHEMES, open_frame_sink, open_sink, open_source
 from mossar_tools.errors import UsageError
-from mossar_tools.options import Options
+from mossar_tools.options import NOBODY, PageOptions, People, Speed
 
 _log = logging.getLogger("mossar")
 _HOST = re.compile(r"localhost|\d{1,3}(?:\.\d{1,3}){3}|\[[0-9a-fA-F:.]+\]")
 _PORT = re.compile(r"(?:([\w.-]+|\[[0-9a-fA-F:.]+\]):)?(\d{1,6})")  # 39539, localhost:39539, [::1]:39539
 
 
-def spelled_out(options: Options) -> Options:
-    """Return the options with the URLs that a port alone, or an address and a port, stands for; each is logged."""
-    sources = tuple(_spelled_source(source) for source in options.sources)
-    sinks = tuple(_spelled_sink(sink) for sink in options.to)
-    return msgspec.structs.replace(options, sources=sources, to=sinks)
+def spelled_out(options: Any) -> Any:
+    """Return a command's options with the URLs that ports, or addresses and ports, stand for; each is logged."""
+    changed: dict[str, Any] = {}
+    if hasattr(options, "sources"):
+        changed["sources"] = tuple(_spelled_source(source) for source in options.sources)
+    if hasattr(options, "to"):
+        changed["to"] = tuple(_spelled_sink(sink) for sink in options.to)
+    if hasattr(options, "streaming"):
+        changed["streaming"] = spelled_out(options.streaming)
+    return msgspec.structs.replace(options, **changed)
 
 
 def _spelled_source(source: str) -> str:
@@ -92,6 +99,15 @@ def _port_of(text: str) -> tuple[str, str] | None:
     return "127.0.0.1" if host == "localhost" else host, found[2]
 
 
+def which_source(command: str, page: PageOptions) -> str:
+    """Return what to say where the source of a stream is missing; a port may have been given instead."""
+    if page.port != PageOptions().port:
+        return f"which source? --port is the port of the page; to listen there: mossar {command} {page.port}"
+    return (
+        f"which source? A port, a URL, a recording, or -: mossar {command} 39539, mossar {command} take.bvh"
+    )
+
+
 def command_for(text: str) -> str | None:
     """Return the command that processes a source or recording that was given without one; None if it is neither."""
     if _port_of(text) is not None or text == "-":
@@ -104,29 +120,44 @@ def command_for(text: str) -> str | None:
     return "segment" if Path(text).is_file() or text.lower().endswith(endings) else None
 
 
-def source_of(url: str, options: Options, listener: Listener | None = None) -> Source:
+def source_of(
+    url: str,
+    reading: ReadOptions,
+    people: People = NOBODY,
+    speed: Speed = None,
+    listener: Listener | None = None,
+    *,
+    loop: bool = False,
+) -> Source:
     """Return the source that a URL or path stands for, and say what its opening found out.
+
+    Args:
+        url: As on the command line.
+        reading: How a recording is read.
+        people: Slots instead of the sender's ids.
+        speed: Of a recording or demo:, as a multiple of real time; None for the usual one.
+        listener: Gets messages that are no frames.
+        loop: Whether to repeat a recording.
 
     Raises:
         MossarError: If it cannot be opened.
     """
     address = parse_url(url)
     scheme = address.scheme
-    if options.loop and scheme == "demo" and "seconds" in address.options:
+    if loop and scheme == "demo" and "seconds" in address.options:
         raise UsageError(f"{url}: --loop is for recordings; demo: is endless without seconds=")
-    if options.speed is not None and scheme not in {"demo", "file"}:
+    if speed is not None and scheme not in {"demo", "file"}:
         raise UsageError(f"{url}: --speed is for recordings and demo:; live frames have their own")
-    speed = options.speed or (1.0 if scheme == "demo" else "max")
     source = open_source(
         url,
-        options=options.reading(),
-        speed=speed,
+        options=reading,
+        speed=speed or (1.0 if scheme == "demo" else "max"),
         listener=listener,
-        loop=options.loop,
-        people=options.people,
-        remember=REMEMBERED if options.remember is None else options.remember,
+        loop=loop,
+        people=people.people,
+        remember=REMEMBERED if people.remember is None else people.remember,
     )
-    _check_performer(source, options.performer)
+    _check_performer(source, reading.performer)
     noted = offered(source, Notes)
     _log_notes(source.name, () if noted is None else noted.notes)
     return source
@@ -143,32 +174,32 @@ def _check_performer(source: Source, wanted: str | None) -> None:
         )
 
 
-def recording_of(url: str, options: Options) -> Recording:
+def recording_of(url: str, reading: ReadOptions) -> Recording:
     """Return the recording that a path stands for, and say what its reader found out.
 
     Raises:
         FileError: If it cannot be read.
     """
-    recording = open_recording(parse_url(url).path, options.reading())
+    recording = open_recording(parse_url(url).path, reading)
     _log_notes(recording.path, recording.notes)
     return recording
 
 
-def sink_of(url: str, options: Options, positions: Mapping[str, int | None]) -> Sink | FrameSink:
+def sink_of(url: str, positions: Mapping[str, int | None], *, force: bool) -> Sink | FrameSink:
     """Return the sink that a URL or path stands for: of events, or of frames for a recording.
 
     Args:
         url: As on the command line.
-        options: Tells whether a file may be replaced.
         positions: Bytes written by a former run, by the names of sinks that go on.
+        force: Whether a file may be replaced.
 
     Raises:
         MossarError: If it cannot be opened.
     """
     position = positions.get(parse_url(url).url)
     if PurePath(parse_url(url).path).suffix.lower() == ".msk":
-        return open_frame_sink(url, force=options.force, position=position)
-    return open_sink(url, force=options.force, position=position)
+        return open_frame_sink(url, force=force, position=position)
+    return open_sink(url, force=force, position=position)
 
 
 def _log_notes(name: str, notes: tuple[str, ...]) -> None:

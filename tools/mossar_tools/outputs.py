@@ -11,8 +11,9 @@ from mossar_adapters.files.output import OutputError
 from mossar_adapters.files.replacing import Draft
 from mossar_adapters.table_text import csv_text
 from mossar_tools.console import Console, is_terminal
+from mossar_tools.declared import values_of
 from mossar_tools.errors import UsageError
-from mossar_tools.options import STANDARD_OUTPUT, Options
+from mossar_tools.options import STANDARD_OUTPUT
 
 Rows = Sequence[Mapping[str, Any]]
 # Which option writes files of an ending; empty if none does.
@@ -39,48 +40,50 @@ class Outputs(NamedTuple):
     curves: Path | None = None
 
     @classmethod
-    def of(cls, options: Options) -> Self:
+    def of(cls, options: msgspec.Struct) -> Self:
         """Return what the options ask for, after a look whether it can be written: before the work, not after it.
 
         Raises:
             MossarError: If something cannot be written, or is there already and `--force` is not given.
         """
-        if options.json == options.csv == STANDARD_OUTPUT:
+        given = values_of(options)
+        json, csv, plot, curves, cut = map(given.get, ("json", "csv", "plot", "curves", "cut"))
+        export, sources, force = given.get("export", ()), given.get("sources", ()), given["force"]
+        if json == csv == STANDARD_OUTPUT:
             raise UsageError(
                 "--json and --csv cannot both go to standard output; name a file for one of them"
             )
         picture = None
-        if options.plot is not None:
+        if plot is not None:
             from mossar_tools.figures import check_picture
 
-            picture = check_picture(options.plot)
-        _check_ending("--json", options.json)
-        _check_ending("--csv", options.csv)
-        for name in (options.json, options.csv, options.plot, options.curves, *options.export):
+            picture = check_picture(plot)
+        _check_ending("--json", json)
+        _check_ending("--csv", csv)
+        for name in (json, csv, plot, curves, *export):
             if name is not None and name != STANDARD_OUTPUT:
-                _check(Path(name), force=options.force)
-        exports = tuple(Path(name) for name in options.export)
+                _check(Path(name), force=force)
+        exports = tuple(Path(name) for name in export)
         for path in exports:
             from mossar_adapters.annotations.c3d import check_source, is_c3d
             from mossar_adapters.annotations.label_studio import is_label_studio
             from mossar_adapters.annotations.writing import check_annotations
 
             if is_c3d(path):
-                check_source(options.sources[0] if options.sources else "", path)
+                check_source(sources[0] if sources else "", path)
             elif not is_label_studio(path):
                 check_annotations(path)
         clips = None
-        if options.cut is not None:
+        if cut is not None:
             from mossar_adapters.files.clips import check_clips
 
-            clips = Path(options.cut)
-            check_clips(clips, options.sources, replace=options.force)
-        curves = None if options.curves is None else Path(options.curves)
-        if curves is not None and curves.suffix.lower() != ".csv":
+            clips = Path(cut)
+            check_clips(clips, sources, replace=force)
+        if curves is not None and Path(curves).suffix.lower() != ".csv":
             from mossar_tools.figures import check_picture
 
-            check_picture(str(curves))
-        return cls(options.json, options.csv, picture, exports, clips, curves)
+            check_picture(curves)
+        return cls(json, csv, picture, exports, clips, None if curves is None else Path(curves))
 
     @property
     def piped(self) -> bool:

@@ -7,6 +7,9 @@ import sys
 from collections.abc import Iterable, Sequence
 from typing import Any, Final, NoReturn, Protocol
 
+import msgspec
+
+from mossar_tools.declared import add_options, declared
 from mossar_tools.errors import UsageError
 
 FEW: Final = 5  # examples of the short help
@@ -29,9 +32,7 @@ class Declares(Protocol):
 
     DESCRIPTION: str
     EXAMPLES: str
-
-    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Add the arguments of this command."""
+    Options: type[msgspec.Struct]
 
 
 class Parser(argparse.ArgumentParser):
@@ -156,12 +157,12 @@ def _elsewhere(option: str, prog: str) -> str:
     from mossar_tools.cli import COMMANDS, command_called
 
     own = prog.rpartition(" ")[2]
-    found = []
-    for name in COMMANDS if own in COMMANDS else ():
-        parser = argparse.ArgumentParser(add_help=False)
-        command_called(name).add_arguments(parser)
-        if option in parser._option_string_actions:  # noqa: SLF001 - argparse has no other way to ask
-            found.append(f"mossar {name}")
+    having = (
+        name
+        for name in COMMANDS
+        if any(f"--{one.flag}" == option for one in declared(command_called(name).Options))
+    )
+    found = [f"mossar {name}" for name in having] if own in COMMANDS else []
     return f"; {option} is an option of {', '.join(found[:4])}" if found else ""
 
 
@@ -204,5 +205,5 @@ def parser_of(prog: str, command: Declares) -> Parser:
         argument_default=argparse.SUPPRESS,
         allow_abbrev=False,
     )
-    command.add_arguments(parser)
+    add_options(parser, command.Options)
     return parser

@@ -2,21 +2,24 @@
 
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mossar_adapters.segment_csv import COLUMNS
 from mossar_tools.errors import UsageError
-from mossar_tools.options import Options
+
+if TYPE_CHECKING:
+    from mossar_tools.commands.segment import Options
 
 _FIELD = re.compile(r"\{(\w+)\}")
 
 
-def columns_of_names(options: Options) -> tuple[str, ...]:
+def columns_of_names(options: "Options") -> tuple[str, ...]:
     """Return the columns that `--person`, `--session` and `--pattern` add, in this order."""
     given = [name for name in ("person", "session") if getattr(options, name) is not None]
     return (*given, *(name for name in _FIELD.findall(options.pattern or "") if name not in given))
 
 
-def values_of_name(options: Options, path: str) -> dict[str, str]:
+def values_of_name(options: "Options", path: str) -> dict[str, str]:
     """Return what these columns have for a recording; what is given takes precedence over the file's name.
 
     Args:
@@ -37,7 +40,7 @@ def values_of_name(options: Options, path: str) -> dict[str, str]:
     return {**match.groupdict(), **given}
 
 
-def check_pattern(options: Options) -> None:
+def check_pattern(options: "Options") -> None:
     """Refuse a pattern that says nothing, or twice the same.
 
     Raises:

@@ -23,22 +23,22 @@ from mossar_tools.explaining import line_of
 from mossar_tools.live_view import LiveView
 from mossar_tools.moves_file import Follow, moves_to_follow
 from mossar_tools.opening import sink_of, source_of
-from mossar_tools.options import Options
+from mossar_tools.options import Streaming
 from mossar_tools.signals import stopping
 from mossar_tools.uncounted import UncountedMoves
 
 if TYPE_CHECKING:
     from mossar_adapters.control.requests import Control
+    from mossar_tools.commands.run import Options
     from mossar_tools.dashboard.live import LiveShow
     from mossar_tools.player_page.server import PlayerServer
 
-_LATE: Final = (
-    0.5  # s from the opening of sources to the first look at them; a dashboard takes longer to open
-)
+# Seconds from the opening of sources to the first look at them; a dashboard takes longer to open.
+_LATE: Final = 0.5
 
 
 def stream(
-    options: Options,
+    options: "Options",
     console: Console,
     *,
     page_only: bool = False,
@@ -48,7 +48,7 @@ def stream(
     """Run a pipeline as the options say.
 
     Args:
-        options: The user's options.
+        options: As of `mossar run`.
         console: Where words go.
         page_only: Whether the dashboard is all there is to see, unless sinks are named.
         server: Of the page for players, which is shown in place of the dashboard; None for the dashboard.
@@ -57,23 +57,24 @@ def stream(
     Returns:
         The exit status, and the summary; empty if the reader is gone.
     """
-    settings = options.settings()
-    emission = Emission(options.emit)
+    settings = options.segmentation.settings(*options.sources)
+    streaming = options.streaming
+    emission = Emission(streaming.emit)
     teaches = page_only or server is not None
-    check_emission(options, settings, emission, teaches=teaches)
-    tell_what_tables_leave_out(options, settings)
-    moves, follow = moves_to_follow(options.moves, options.follow, teaches=teaches)
-    if options.follow and not follow:
-        LOGGER.info("%s has nothing to follow yet; Teach on the page takes an example", options.moves)
+    check_emission(streaming, settings, emission, teaches=teaches)
+    tell_what_tables_leave_out(streaming, settings)
+    moves, follow = moves_to_follow(streaming.moves, streaming.follow, teaches=teaches)
+    if streaming.follow and not follow:
+        LOGGER.info("%s has nothing to follow yet; Teach on the page takes an example", streaming.moves)
     if moves is not None and options.explain:
         moves.explained = lambda explanation: LOGGER.info("%s", line_of(explanation))
     check_streamable(settings, moves, follow)
     with contextlib.ExitStack() as opened:
-        snapshot = _snapshot(options, opened)
+        snapshot = _snapshot(streaming.snapshot, opened)
         began = time.monotonic()
         listeners = [ControlListener() for _ in options.sources]
         sources = _opened_sources(options, listeners, opened)
-        visible = is_terminal(console.out) and "-" not in options.to and not page_only
+        visible = is_terminal(console.out) and "-" not in streaming.to and not page_only
         view = view_of(console, sources, visible=visible, emission=emission)
         uncounted = UncountedMoves(explains=options.explain) if moves is not None else None
         missing: list[str] = []
@@ -81,21 +82,21 @@ def stream(
         pipeline = Pipeline(
             sources,
             []
-            if page_only and not options.to
-            else _opened_sinks(options, console, snapshot, opened, missing),
+            if page_only and not streaming.to
+            else _opened_sinks(streaming, console, snapshot, opened, missing),
             settings,
             views=[one for one in (view, show, uncounted) if one is not None],
-            emit=options.emit,
-            seconds=options.seconds,
+            emit=streaming.emit,
+            seconds=streaming.seconds,
             upkeep=Upkeep(
-                stats=options.stats,
-                snapshot=Path(options.snapshot) if options.snapshot else None,
-                period=options.snapshot_every,
+                stats=streaming.stats,
+                snapshot=Path(streaming.snapshot) if streaming.snapshot else None,
+                period=streaming.snapshot_every,
             ),
             moves=moves,
             follow=follow,
             resume=snapshot,
-            run_id=options.run_id,
+            run_id=streaming.run_id,
             tick=lambda: _tick(pipeline, view, show),
         )
         pipeline.outcome.dead_sinks += missing
@@ -103,7 +104,7 @@ def stream(
             _skip_what_waits(sources)
         with (
             _controls(options, pipeline, listeners),
-            _metrics(options, pipeline),
+            _metrics(streaming.metrics, pipeline),
             stopping(pipeline.stop) as stop,
         ):
             outcome = pipeline.run()
@@ -126,7 +127,7 @@ def _tick(pipeline: Pipeline, view: LiveView, show: "LiveShow | None") -> None:
 
 
 def _opened_show(
-    options: Options,
+    options: "Options",
     settings: Settings,
     sources: Sequence[Source],
     opened: contextlib.ExitStack,
@@ -138,14 +139,14 @@ def _opened_show(
 
     has_people = any(offered(source, HasSlots) is not None for source in sources)
     previews = [cam.preview for source in sources if (cam := offered(source, Previews)) is not None]
-    if previews and options.host != HERE:
+    if previews and options.page.host != HERE:
         raise UsageError("?picture=yes shows pictures on this computer only; leave --host out")
-    moves = Path(options.moves) if options.moves else None
+    moves = Path(options.streaming.moves) if options.streaming.moves else None
     if server is not None:
         from mossar_tools.player_page.opening import open_player_page, pictures_of, wanted_names
 
         pictures = pictures_of(sources, options)
-        previews = pictures if options.host == HERE else []
+        previews = pictures if options.page.host == HERE else []
         show = LiveShow(
             settings, moves, has_people=has_people, previews=previews, follow=wanted_names(options)
         )
@@ -153,10 +154,12 @@ def _opened_show(
         return show
     from mossar_tools.dashboard.page import Page
 
-    show = LiveShow(settings, moves, has_people=has_people, previews=previews, follow=options.follow)
-    page = Page(show, options.port, dark=options.dark, host=options.host)
+    show = LiveShow(
+        settings, moves, has_people=has_people, previews=previews, follow=options.streaming.follow
+    )
+    page = Page(show, options.page.port, dark=options.page.dark, host=options.page.host)
     opened.callback(page.close)
-    page.start(open_browser=not options.no_browser)
+    page.start(open_browser=not options.page.no_browser)
     return show
 
 
@@ -171,43 +174,44 @@ def check_streamable(settings: Settings, moves: Moves | None = None, follow: Fol
     Segmenter(anybody, settings.replace(limbs=False, steps=False), moves=moves, follow=follow)
 
 
-def _snapshot(options: Options, opened: contextlib.ExitStack) -> Snapshot | None:
+def _snapshot(path: str | None, opened: contextlib.ExitStack) -> Snapshot | None:
     """Return what to go on with, if a run was cut short; the file is this run's until `opened` closes."""
-    if options.snapshot is None:
+    if path is None:
         return None
-    opened.callback(Claim(options.snapshot).release)
-    found = read_snapshot(Path(options.snapshot))
+    opened.callback(Claim(path).release)
+    found = read_snapshot(Path(path))
     if found is None or found.complete:
         return None
-    LOGGER.info("%s: going on where the last run was cut short", options.snapshot)
+    LOGGER.info("%s: going on where the last run was cut short", path)
     return found
 
 
 def _opened_sources(
-    options: Options, listeners: list[ControlListener], opened: contextlib.ExitStack
+    options: "Options", listeners: list[ControlListener], opened: contextlib.ExitStack
 ) -> list[Source]:
     if options.sources.count("-") > 1:
         raise UsageError("standard input can be read once only")
     sources = []
+    reading = options.body.reading(again=options.streaming.force)
     for url, listener in zip(options.sources, listeners, strict=True):
-        sources.append(source_of(url, options, listener))
+        sources.append(source_of(url, reading, options.people, options.speed, listener))
         opened.callback(sources[-1].close)
     return sources
 
 
 def _opened_sinks(
-    options: Options,
+    streaming: Streaming,
     console: Console,
     snapshot: Snapshot | None,
     opened: contextlib.ExitStack,
     missing: list[str],
 ) -> list[Sink | FrameSink]:
     """Open the sinks; those that cannot be written, if there are others, become `missing`."""
-    wanted: Sequence[str] = options.to or (() if is_terminal(console.out) else ("-",))
+    wanted: Sequence[str] = streaming.to or (() if is_terminal(console.out) else ("-",))
     sinks: list[Sink | FrameSink] = []
     for place, url in enumerate(wanted, 1):
         try:
-            sinks.append(sink_of(url, options, snapshot.sinks if snapshot else {}))
+            sinks.append(sink_of(url, snapshot.sinks if snapshot else {}, force=streaming.force))
         except UnwritableError as error:
             if not sinks and place == len(wanted):
                 raise
@@ -219,9 +223,9 @@ def _opened_sinks(
 
 
 @contextlib.contextmanager
-def _controls(options: Options, pipeline: Pipeline, listeners: list[ControlListener]) -> Iterator[None]:
+def _controls(options: "Options", pipeline: Pipeline, listeners: list[ControlListener]) -> Iterator[None]:
     """Open the receiver of requests while the block runs."""
-    if not options.control:
+    if not options.streaming.control:
         yield
         return
     from mossar_adapters.control.requests import Control
@@ -230,7 +234,7 @@ def _controls(options: Options, pipeline: Pipeline, listeners: list[ControlListe
 
     control = Control(pipeline)
     with contextlib.ExitStack() as opened:
-        for url in options.control:
+        for url in options.streaming.control:
             if url == "osc":
                 _let_osc_control(options, listeners, control)
             elif (address := parse_url(url)).scheme in SCHEMES and binds(address):
@@ -243,20 +247,20 @@ def _controls(options: Options, pipeline: Pipeline, listeners: list[ControlListe
 
 
 @contextlib.contextmanager
-def _metrics(options: Options, pipeline: Pipeline) -> Iterator[None]:
+def _metrics(place: tuple[str, int] | None, pipeline: Pipeline) -> Iterator[None]:
     """Serve counters while the block runs, if that is asked for."""
-    if options.metrics is None:
+    if place is None:
         yield
         return
     from mossar_adapters.metrics import Metrics
 
-    host, port = options.metrics
+    host, port = place
     with contextlib.closing(Metrics(pipeline, port, host)) as served:
         LOGGER.info("metrics: %s", served.url)
         yield
 
 
-def _let_osc_control(options: Options, listeners: list[ControlListener], control: "Control") -> None:
+def _let_osc_control(options: "Options", listeners: list[ControlListener], control: "Control") -> None:
     osc = [
         listener
         for listener, url in zip(listeners, options.sources, strict=True)

@@ -39,7 +39,8 @@ from mossar_stream import (
 
 LAST = "recordings"  # the table whose part makes the others count
 
-_TYPES: dict[Any, pa.DataType] = {  # all others are words
+# Columns that are not listed are words.
+_TYPES: dict[Any, pa.DataType] = {
     int: pa.int64(),
     float: pa.float64(),
     float | None: pa.float64(),

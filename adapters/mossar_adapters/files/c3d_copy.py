@@ -95,9 +95,8 @@ class C3dCopy:
         self._place = self._first[0] - 1  # block of the parameters, from 0
         before_data = self.header.data_block - 1 - self._place
         self._blocks = before_data if before_data > 0 else -(-len(section) // BLOCK)
-        self._kept: tuple[int, int, int] | None = (
-            None  # bytes: where data begin, those that are kept, how many
-        )
+        # Bytes: where data begin, those that are kept, how many.
+        self._kept: tuple[int, int, int] | None = None
         self._head = bytearray(section[:4])
         self._groups: dict[str, int] = {}
         self._records: list[tuple[Record, bytearray]] = []

@@ -24,10 +24,8 @@ from mossar_stream import Frames
 _STANDING: Final = 4  # frames with the time of the one before and another pose; fewer are written twice
 _OFTEN: Final = 8  # and more than one in so many
 _RATES: Final = (5.0, 1000.0)  # Hz of frames; other numbers are rates of the clock
-_STEPS: Final = (
-    1 / 2000,
-    1.0,
-)  # s from frame to frame; no recording of a body has longer or much shorter ones
+# Seconds from frame to frame; no recording of a body has longer or much shorter ones.
+_STEPS: Final = (1 / 2000, 1.0)
 _ENOUGH: Final = 16  # steps, to say so
 _JUDGED: Final = 256  # frames that are looked at when a file is opened,
 _LOOKED_AT: Final = 16 * _JUDGED  # among as many of other performers

@@ -9,7 +9,8 @@ from mossar_adapters.files.text import head_text
 
 Sniffer = Callable[[bytes, Path], bool]
 
-PACKED = {  # how files begin that have to be unpacked or fetched, and how
+# How files begin that have to be unpacked or fetched, and how.
+PACKED = {
     b"\x1f\x8b": "packed with gzip; unpack it first",
     b"BZh": "packed with bzip2; unpack it first",
     b"\xfd7zXZ": "packed with xz; unpack it first",

@@ -25,9 +25,8 @@ _AHEAD: Final = 0.6  # s that a person is expected to walk on
 _STRIDE: Final = 4.0  # m/s; a body farther away than these two allow is another person
 _ANYWHERE: Final = 0.93  # of a newcomer on a stage of 4 m by 4 m, as a density
 _INDEPENDENT: Final = 8.0  # bones that count as independent of each other
-_STRANGE: Final = (
-    1.1  # what speaks against a stranger for each of them; the same person has 0.6 in the median
-)
+# What speaks against a stranger for each of them; the same person has 0.6 in the median.
+_STRANGE: Final = 1.1
 _POSTURE: Final = 0.04  # that the median length of a bone differs by from one posture of a person to the next
 _BLUR: Final = 0.015  # m that the length of any bone is off by, which matters for short ones
 _CAP: Final = 4.5  # for one bone; three times the noise

@@ -24,9 +24,8 @@ class StreamTime:
         self.last: float | None = None  # time of the last frame, s; None before the first
         self.length = 0.0  # time that passed, whatever the clock did, s; less than what is wanted
         self.is_over = False  # whether the end is reached
-        self.is_absent = (
-            False  # whether the performer has left, or its frames have stopped: its end is not awaited
-        )
+        # Whether the performer has left, or its frames have stopped: its end is not awaited.
+        self.is_absent = False
         self._latest = 0.0  # latest time since the clock was last set back, s
 
     def within(self, frames: Frames, seconds: float = math.inf, max_pause: float = math.inf) -> Frames:

@@ -104,7 +104,8 @@ TASKS: Final = Package(
     ("npm", "pack", "--ignore-scripts", "@mediapipe/tasks-vision@0.10.33"),
     "--pack-destination",
 )
-LIBRARY: Final = tuple(  # what a page needs of it
+# What a page needs of it.
+LIBRARY: Final = tuple(
     Weight(file, sha256, TASKS, f"package/{member}{file}")
     for member, file, sha256 in (
         ("", "vision_bundle.mjs", "8752b2d5cae22bb369ecf9f0a1a6737d4c5fddc8d1cf8b4b16178ae698494077"),

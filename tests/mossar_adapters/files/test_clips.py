@@ -54,7 +54,8 @@ ROOT World
 \t\tOFFSET 0 0 5
 \t\tCHANNELS 6 Xposition Yposition Zposition Yrotation Xrotation Zrotation
 """
-BODY = {  # of each joint: its parent, and where it hangs, cm
+# Of each joint: its parent, and where it hangs, cm.
+BODY = {
     "Hips": ("", "0 90 0"),
     "Spine": ("Hips", "0 30 0"),
     "Head": ("Spine", "0 40 0"),

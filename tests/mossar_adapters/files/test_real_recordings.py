@@ -6,7 +6,8 @@ import pytest
 from mossar_adapters.files import FileError, ReadOptions, open_recording
 from mossar_adapters.files.units import height
 
-REFUSED = {  # what is said about files that are no recordings of a person in space
+# What is said about files that are no recordings of a person in space.
+REFUSED = {
     "Empty.c3d": "the file is empty",
     "walk01_hierarchy.csv": "no headings with x, y and z of joints",
     "skeleton.asf": "a skeleton without motion; open the .amc",

@@ -8,7 +8,8 @@ from mossar_adapters.files import FORMATS, FileError, Format, ReadOptions, open_
 from mossar_adapters.files.registry import format_of
 from mossar_adapters.files.units import height
 
-EXPECTED = {  # rate, frames, joints, height in metres of the recordings that conftest writes
+# Rate, frames, joints, height in metres of the recordings that conftest writes.
+EXPECTED = {
     "bvh": (30, 30, 5, 1.7),
     "amc": (120, 30, 3, 1.65),
     "npz": (60, 30, 4, 1.7),

@@ -15,7 +15,8 @@ def float32(value):
     return struct.unpack("f", struct.pack("f", value))[0]
 
 
-CLOCKS = {  # s that passed -> what the file says
+# Seconds that passed: what the file says.
+CLOCKS = {
     "unix_float32": lambda t: float32(1655161200 + t),
     "still": lambda _: 7.0,
     "whole_seconds": lambda t: float(int(t + 0.37)),

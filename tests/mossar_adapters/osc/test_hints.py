@@ -20,7 +20,8 @@ def place(i, k):
     return 0.1 * i, 1.7 - 0.3 * i, 2.0 + 0.01 * k
 
 
-FORMS = {  # messages of frame k, and the options that read them
+# Messages of frame k, and the options that read them.
+FORMS = {
     "address": (
         lambda k: [(f"/{joint}", "fff", *place(i, k)) for i, joint in enumerate(JOINTS)],
         "pattern=/{joint}&args=xyz",

@@ -9,7 +9,8 @@ from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.source import Meta
 from mossar_stream import Frames
 
-BODY = {  # m
+# Metres.
+BODY = {
     "Head": (0, 1.7, 2),
     "Neck": (0, 1.5, 2),
     "Torso": (0, 1.2, 2),

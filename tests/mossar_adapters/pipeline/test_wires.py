@@ -16,7 +16,8 @@ from mossar_stream import KeyFrameEvent, Settings
 
 SECONDS = 5.0  # of each performance that are segmented; a little more is sent
 RATE = "fps=60"
-PROFILES = {  # for the receiver, where its default would not do
+# For the receiver, where its default would not do.
+PROFILES = {
     "osceleton": f"unit=m&{RATE}",
     "kinectv2": RATE,
     "nimate": f"unit=m&{RATE}",

@@ -16,7 +16,8 @@ def float32(value):
     return struct.unpack("f", struct.pack("f", value))[0]
 
 
-BROKEN = {  # s of a clock that runs -> what the sender says
+# Seconds of a clock that runs: what the sender says.
+BROKEN = {
     "unix_float32": lambda t: float32(1655161200 + t),
     "still": lambda _: 7.0,
     "whole_seconds": lambda t: float(int(t + 0.37)),

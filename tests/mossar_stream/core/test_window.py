@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from mossar_stream import Segmenter, Settings, segment_recording
 from mossar_stream.core.row import region
 
-NEXT = {  # status: what may follow it
+# Status: what may follow it.
+NEXT = {
     None: {"candidate", "confirmed"},
     "candidate": {"withdrawn", "confirmed"},
     "confirmed": {"merged", "final", "withdrawn"},  # withdrawn at the end of the take only

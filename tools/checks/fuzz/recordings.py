@@ -321,7 +321,8 @@ def osc(frames: int = FRAMES) -> bytes:
     return "".join(lines).encode()
 
 
-WRITERS: dict[str, tuple[str, Callable[..., bytes]]] = {  # file name, content
+# File name, content.
+WRITERS: dict[str, tuple[str, Callable[..., bytes]]] = {
     "bvh": ("a.bvh", bvh),
     "amc": ("a.amc", amc),
     "npz": ("a.npz", npz),

@@ -23,7 +23,8 @@ from mossar_adapters.zeromq.decoder import ZmqDecoder, ZmqMessage
 from mossar_stream import FrameError, Frames, MossarError, Performers
 
 _GENERIC = "generic&pattern=/pose/{performer}/{joint}"
-_PROFILES = {  # what listens, and how its samples are sent
+# What listens, and how its samples are sent.
+_PROFILES = {
     "auto": ("auto", ("mossar", "osceleton", "kinectv2", "nimate", "flat", "vmc")),
     "vmc": ("vmc", ("vmc", "vmc&positions=no")),
     "osceleton": ("osceleton", ("osceleton",)),

@@ -15,7 +15,9 @@ from mossar_adapters.receiving.admission import AllowList
 from mossar_adapters.source import Meta
 from mossar_stream import Frames, MossarError, Settings
 from mossar_tools.commands import run
-from mossar_tools.options import Options, parse
+from mossar_tools.configuration import known_names
+from mossar_tools.declared import add_options
+from mossar_tools.options import parse
 from mossar_tools.parser import Parser
 
 _URLS = (
@@ -52,7 +54,7 @@ _TOML = (
     b"sources = ['demo:']\nstats = 5.0\nquiet = true\n[settings]\nsig_threshold = 0.04\nfeatures = {positions = 1.0}\n",
     b'level = 1.5\nspeed = "max"\njoints = ["hip", "head"]\nperformer = "ann"\nport = 8080\nlog-level = "debug"\n',
 )
-_NAMES = tuple(name.encode() for name in (*Settings.__struct_fields__, *Options.__struct_fields__))
+_NAMES = tuple(name.encode() for name in (*Settings.__struct_fields__, *sorted(known_names())))
 
 
 def word_targets() -> list[Target]:
@@ -105,13 +107,13 @@ def _settings() -> Iterator[Feed]:
 @contextlib.contextmanager
 def _configuration() -> Iterator[Feed]:
     parser = Parser(prog="mossar run", argument_default=argparse.SUPPRESS, allow_abbrev=False)
-    run.add_arguments(parser)
+    add_options(parser, run.Options)
     with scratch() as folder:
         path = folder / "mossar.toml"
 
         def feed(data: bytes) -> None:
             path.write_bytes(data)
-            parse(parser, ["--config", str(path)]).settings()
+            parse(parser, run.Options, ["--config", str(path)]).segmentation.settings()
 
         yield feed
 

@@ -1,19 +1,21 @@
 """The program: `python -m checks.paper DIR|demo: [--json FILE] [--plot FILE]`."""
 
-import argparse
 import sys
+from typing import Annotated
+
+import msgspec
 
 from checks.paper.experiments import experiments
 from checks.paper.tables import grids_json, paper_tables
 from mossar_stream import Settings
 from mossar_tools.cli import guarded, run_command
-from mossar_tools.commands.evaluate import load_takes
+from mossar_tools.commands.evaluate import Seeds, load_takes
 from mossar_tools.console import Console
+from mossar_tools.declared import Section, operand
 from mossar_tools.errors import DONE, UsageError
-from mossar_tools.options import Options, add_messages, add_output, add_plot, add_settings
+from mossar_tools.options import LabelledSegmenting, Messages, Picture, output
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
-from mossar_tools.values import whole
 
 DESCRIPTION = """Repeat the paper's experiments on labelled recordings: Tables 2 to 7 and Figures 11 to 14. The conventional
 velocity-based method and splitting over smoothing and threshold; Li and Leung's method and Mossar over N and L; random
@@ -24,26 +26,24 @@ EXAMPLES = """  python -m checks.paper demo: --seeds 2
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this program."""
-    parser.add_argument("sources", metavar="DIR", nargs=1, help="a folder of labelled recordings, or demo:")
-    group = parser.add_argument_group("output")
-    add_output(group, "json", "all numbers as one JSON object")
-    add_plot(group)
-    group.add_argument(
-        "--seeds", metavar="N", type=whole, help="performances of each kind of demo: (default: 20)"
-    )
-    add_settings(parser, body_only=True, with_level=False)
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this program."""
+
+    sources: Annotated[tuple[str, ...], operand("DIR", "a folder of labelled recordings, or demo:", 1)]
+    json: Annotated[str | None, Section("output"), output("all numbers as one JSON object")] = None
+    picture: Picture = Picture()
+    seeds: Seeds = None
+    segmentation: LabelledSegmenting = LabelledSegmenting()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
     """Run the experiments, put out what they gave, and return the exit status."""
-    if options.preset == "game":
+    if options.segmentation.preset == "game":
         raise UsageError("the experiments start from the paper's preset; leave --preset out")
     outputs = Outputs.of(options)
-    settings = Settings.build("paper", options.set)
-    takes = load_takes(options, console)
+    settings = Settings.build("paper", options.segmentation.set)
+    takes = load_takes(options.sources[0], options.seeds, console)
     done = experiments(takes, settings, console.status)
     found = {"v": 1, "splitting": grids_json(done.splitting), "remerging": grids_json(done.remerging)}
     outputs.write_json(found, console)
@@ -53,7 +53,7 @@ def run(options: Options, console: Console) -> int:
     if outputs.picture is not None:
         from checks.paper.surfaces import draw_surfaces
 
-        draw_surfaces(outputs.picture, done.splitting, done.remerging, palette(dark=options.dark))
+        draw_surfaces(outputs.picture, done.splitting, done.remerging, palette(dark=options.picture.dark))
         console.say(f"drawn: {outputs.picture}")
     return DONE
 

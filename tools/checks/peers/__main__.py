@@ -1,19 +1,22 @@
 """The program: `python -m checks.peers [DIR ...] [--json FILE] [--csv FILE] [--plot FILE]`."""
 
-import argparse
 import sys
 from pathlib import Path
+from typing import Annotated
+
+import msgspec
 
 from checks.peers.results import NOTES, compare, result_lines, results_json, usable_peers
 from mossar_tools.bench.machine import Watch
 from mossar_tools.bench.report import machine_lines
 from mossar_tools.cli import guarded, run_command
 from mossar_tools.console import Console
+from mossar_tools.declared import Option, Section, operand
 from mossar_tools.errors import DONE
 from mossar_tools.evaluation.performer import demo_takes
 from mossar_tools.evaluation.takes import Take, load_folder
 from mossar_tools.evaluation.trial import groups_of
-from mossar_tools.options import Options, add_messages, add_output, add_plot
+from mossar_tools.options import Messages, Picture, output
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
 
@@ -28,20 +31,25 @@ EXAMPLES = """  python -m checks.peers                        the built-in perfo
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this program."""
-    parser.add_argument("sources", metavar="DIR", nargs="*", help="labelled folders")
-    group = parser.add_argument_group("measurement and output")
-    group.add_argument("--quick", action="store_true", help="see that it works; the numbers say little")
-    add_output(group, "json", "everything as one JSON object")
-    add_output(group, "csv", "a row for each measurement")
-    add_plot(group)
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this program."""
+
+    sources: Annotated[tuple[str, ...], operand("DIR", "labelled folders", "*")] = ()
+    quick: Annotated[
+        bool,
+        Section("measurement and output"),
+        Option("see that it works; the numbers say little"),
+    ] = False
+    json: Annotated[str | None, output("everything as one JSON object")] = None
+    csv: Annotated[str | None, output("a row for each measurement")] = None
+    picture: Picture = Picture()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
     """Compare, put everything out, and return the exit status."""
-    outputs, watch = Outputs.of(options), Watch()
+    outputs = Outputs.of(options)
+    watch = Watch()
     peers, missing = usable_peers()
     for note in missing:
         console.say(f"mossar: {note}")
@@ -61,7 +69,7 @@ def run(options: Options, console: Console) -> int:
     if outputs.picture is not None:
         from checks.peers.picture import draw
 
-        draw(outputs.picture, rows, palette(dark=options.dark))
+        draw(outputs.picture, rows, palette(dark=options.picture.dark))
         console.say(f"drawn: {outputs.picture}")
     return DONE
 

@@ -28,7 +28,8 @@ GOES_ON = re.compile(
     r"mossar (run|record|teach|replay|view)\b.*\b(osc|zmq\S*)://|mossar run \d|mossar run --config|mossar view|mossar demo\b(?!.*head)"
     r"|mossar bench|mossar evaluate ('?demo:|.*--leave-out)|python -m checks|python examples/"
 )
-NOT_RUN: Final[dict[str, str]] = {  # beginning of a command: why it is not run here
+# Beginning of a command: why it is not run here.
+NOT_RUN: Final[dict[str, str]] = {
     "pip install": "installs; .ci/run does it in an environment of its own",
     "python3 -m venv": "makes an environment; .ci/run does it",
     "mossar flink": "needs an environment of its own: MOSSAR_ENGINES=1 .ci/run",
@@ -51,7 +52,8 @@ NOT_RUN: Final[dict[str, str]] = {  # beginning of a command: why it is not run 
     "mossar evaluate DIR --strict": "needs sessions of moves on command; tests make one",
     "python -m checks.peers DIR": "needs the peers, in an environment of their own",
 }
-FAILS_HERE: Final[dict[str, str]] = {  # the same for commands that rightly end with status 1 here
+# The same for commands that rightly end with status 1 here.
+FAILS_HERE: Final[dict[str, str]] = {
     "mossar adapters --check osc://": "nobody sends",
     "mossar adapters --check oak:": "there is no camera",
     "mossar adapters --check webcam:": "there is no camera",

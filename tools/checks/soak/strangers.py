@@ -12,9 +12,8 @@ WAVES = 4
 # s after each wave. A source may bring 1,024 joints a second after 16,384 at once, and a newcomer counts for 32 more than
 # its own (docs/operations.md): so all waves, all performers and the first flood are within what it may.
 MOMENT = 6.5
-PERIOD = (
-    25.0  # s between two floods: longer than a take stays open, so that a performer that is dropped has none
-)
+# Seconds between two floods: longer than a take stays open, so that a performer that is dropped has none.
+PERIOD = 25.0
 SKELETON = Skeleton(("hip", "hand"), (-1, 0))
 _BEGINNING = "stranger"
 _ENDS = ("", "   ", "\x1b[2J", "\r\nmossar: all is well", "\u00e9" * 80, "/0/12", "=1+1", "\u202e")

@@ -9,7 +9,6 @@ from mossar_tools.bench.measures import MEASURES, Measure
 from mossar_tools.cli import guarded, run_command
 from mossar_tools.commands import bench
 from mossar_tools.console import Console
-from mossar_tools.options import Options
 
 OWN: Final[dict[str, Measure]] = {
     "moves": Measure("moves: what recognising them adds to a push", "checks.speed.moves:measure"),
@@ -49,10 +48,10 @@ EXAMPLES = """  python -m checks.speed                            a quarter of a
   python -m checks.speed DIR --only hierarchy       real recordings; the parts of mossar bench can be named, too
   python -m checks.speed --only paths --json -
 """
-add_arguments = bench.add_measuring
+Options = bench.Options
 
 
-def run(options: Options, console: Console) -> int:
+def run(options: bench.Options, console: Console) -> int:
     """Run the command and return the exit status."""
     names = options.only or tuple(OWN)
     return bench.measured(msgspec.structs.replace(options, only=names), console, ALL)

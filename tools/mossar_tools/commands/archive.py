@@ -1,11 +1,14 @@
 """`mossar archive`: a folder or bucket of recordings into Parquet tables."""
 
-import argparse
 import time
+from typing import Annotated
+
+import msgspec
 
 from mossar_tools.console import LOGGER, Console
+from mossar_tools.declared import Option, operand
 from mossar_tools.errors import DONE
-from mossar_tools.options import Options, add_body, add_messages, add_moves, add_settings
+from mossar_tools.options import Body, Followed, Messages, MovesFile, Segmenting
 
 DESCRIPTION = """Segment all recordings of a folder or bucket on Ray Data, offline, with the range of each whole file:
 tables of key frames with their strengths, of segments, moves, performances of followed moves and repetitions, of recordings, and of the files that could
@@ -18,15 +21,17 @@ EXAMPLES = """  mossar archive recordings tables
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument("file", metavar="IN", help="a folder, or a URL such as s3://bucket/folder")
-    parser.add_argument("target", metavar="OUT", help="folder or URL of the tables")
-    parser.add_argument("--resume", action="store_true", help="continue an interrupted job")
-    add_settings(parser)
-    add_moves(parser)
-    add_body(parser)
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    file: Annotated[str, operand("IN", "a folder, or a URL such as s3://bucket/folder")]
+    target: Annotated[str, operand("OUT", "folder or URL of the tables")]
+    resume: Annotated[bool, Option("continue an interrupted job")] = False
+    segmentation: Segmenting = Segmenting()
+    moves: MovesFile = None
+    follow: Followed = ()
+    body: Body = Body()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
@@ -34,7 +39,7 @@ def run(options: Options, console: Console) -> int:
     from mossar_adapters.extras import needed
     from mossar_tools.moves_file import moves_to_follow
 
-    settings = options.settings(range="file")
+    settings = options.segmentation.settings(options.file, range="file")
     moves, follow = moves_to_follow(options.moves, options.follow)
     needed("ray", "archive", "mossar archive")
     needed("pyarrow", "archive", "mossar archive")
@@ -48,7 +53,7 @@ def run(options: Options, console: Console) -> int:
         )
 
     began = time.monotonic()
-    reading = options.reading()
+    reading = options.body.reading()
     found = run(
         options.file,
         options.target,

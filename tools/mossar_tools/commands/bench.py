@@ -1,15 +1,16 @@
 """`mossar bench`: speed, delay and memory on this machine."""
 
-import argparse
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import msgspec.structs
+import msgspec
 
 from mossar_tools.bench.measures import MEASURES, Measures, chosen, measure
 from mossar_tools.console import Console
+from mossar_tools.declared import Option, Section, operand
 from mossar_tools.errors import DONE
-from mossar_tools.options import Options, add_messages, add_output, add_plot
+from mossar_tools.options import Messages, Picture, output
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
 from mossar_tools.values import names
@@ -28,21 +29,20 @@ EXAMPLES = """  mossar bench                                  some minutes, more
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    add_measuring(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of everything that measures."""
 
-
-def add_measuring(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of everything that measures."""
-    parser.add_argument("sources", metavar="FILE", nargs="*", help="recordings, or labelled folders")
-    group = parser.add_argument_group("measurement and output")
-    group.add_argument("--only", metavar="NAME,NAME", type=names, help="only these parts")
-    group.add_argument("--quick", action="store_true", help="a short test run; the numbers mean little")
-    add_output(group, "json", "everything as one JSON object")
-    add_output(group, "csv", "a row for each measurement")
-    add_plot(group)
-    add_messages(parser)
+    sources: Annotated[tuple[str, ...], operand("FILE", "recordings, or labelled folders", "*")] = ()
+    only: Annotated[
+        tuple[str, ...],
+        Section("measurement and output"),
+        Option("only these parts", "NAME,NAME", names),
+    ] = ()
+    quick: Annotated[bool, Option("a short test run; the numbers mean little")] = False
+    json: Annotated[str | None, output("everything as one JSON object")] = None
+    csv: Annotated[str | None, output("a row for each measurement")] = None
+    picture: Picture = Picture()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
@@ -75,7 +75,7 @@ def measured(options: Options, console: Console, measures: Measures) -> int:
         from mossar_tools.bench.picture import draw
 
         about = f"{machine.cpu}, {machine.cores} cores"
-        draw(outputs.picture, rows, measures, about, palette(dark=options.dark))
+        draw(outputs.picture, rows, measures, about, palette(dark=options.picture.dark))
         console.say(f"drawn: {outputs.picture}")
     return DONE
 
@@ -87,7 +87,9 @@ def _rows(measures: Measures, options: Options, console: Console, *, shown: bool
     from mossar_tools.bench.work import prepare
 
     work = prepare(
-        _recordings(options), quick=options.quick, on_progress=lambda text: console.status(text, now=True)
+        _recordings(options.sources),
+        quick=options.quick,
+        on_progress=lambda text: console.status(text, now=True),
     )
     rows = []
     for name, part in measures.items():
@@ -101,18 +103,18 @@ def _rows(measures: Measures, options: Options, console: Console, *, shown: bool
     return rows
 
 
-def _recordings(options: Options) -> "list[LoadedRecording]":
+def _recordings(sources: Sequence[str]) -> "list[LoadedRecording]":
     """Return the recordings of all files and labelled folders."""
     from mossar_adapters.files.loaded import LoadedRecording
     from mossar_tools.loaded_recording import load_recording
 
     wholes = []
-    for source in options.sources:
+    for source in sources:
         if Path(source).is_dir():
             from mossar_tools.evaluation.takes import load_folder
 
             takes = load_folder(Path(source))
             wholes += [LoadedRecording(t.name, t.skeleton, t.fps, t.positions, t.times) for t in takes]
         else:
-            wholes.append(load_recording(msgspec.structs.replace(options, file=source)))
+            wholes.append(load_recording(source))
     return wholes

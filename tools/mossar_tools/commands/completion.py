@@ -2,12 +2,15 @@
 
 import argparse
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
+
+import msgspec
 
 from mossar_adapters.extras import needed
 from mossar_tools.console import Console
+from mossar_tools.declared import Option, add_options
 from mossar_tools.errors import DONE
-from mossar_tools.options import Options, add_messages
+from mossar_tools.options import Messages
 
 SHELLS = ("bash", "zsh", "tcsh")
 _FILES = ("FILE", "SOURCE", "DIR", "JOB.toml", "FILE.toml", "IN", "OUT")  # arguments that may be paths
@@ -18,10 +21,11 @@ EXAMPLES = """  eval "$(mossar completion bash)"                                
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument("target", metavar="SHELL", choices=SHELLS, help=", ".join(SHELLS))
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    target: Annotated[str, Option(", ".join(SHELLS), "SHELL", choices=SHELLS, flag="")]
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
@@ -41,7 +45,7 @@ def _parser(files: Mapping[str, Any]) -> argparse.ArgumentParser:
     commands = parser.add_subparsers()
     for name, summary in COMMANDS.items():
         own = commands.add_parser(name, help=summary)
-        command_called(name).add_arguments(own)
+        add_options(own, command_called(name).Options)
         for action in own._actions:  # noqa: SLF001 - how the library finds them, too
             if action.metavar in _FILES:
                 action.complete = files  # type: ignore[attr-defined]

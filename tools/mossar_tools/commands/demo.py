@@ -1,11 +1,13 @@
 """`mossar demo`: the built-in performer through the whole pipeline."""
 
-import argparse
+from typing import Annotated
 
 import msgspec
 
+from mossar_tools.commands.run import as_run
 from mossar_tools.console import Console, is_terminal
-from mossar_tools.options import Options, add_messages, add_settings, add_speed, add_stream
+from mossar_tools.declared import Option, Section
+from mossar_tools.options import Messages, Segmenting, Speed, Streaming
 from mossar_tools.values import share, whole
 
 SECONDS = 30.0  # of motion, unless the user says otherwise
@@ -39,16 +41,16 @@ EXAMPLES = """  mossar demo                            half a minute at real spe
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    group = parser.add_argument_group("the performance")
-    add_speed(parser, "1")
-    group.add_argument("--seed", metavar="N", type=whole, help="number of the performance")
-    group.add_argument("--noise", metavar="M", type=share, help="sensor noise in metres (default: 0)")
-    group.add_argument("--performers", metavar="N", type=whole, help="number of performers (default: 1)")
-    add_stream(parser)
-    add_settings(parser)
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    speed: Speed = None
+    seed: Annotated[int, Section("the performance"), Option("number of the performance", "N", whole)] = 1
+    noise: Annotated[float, Option("sensor noise in metres (default: 0)", "M", share)] = 0.0
+    performers: Annotated[int, Option("number of performers (default: 1)", "N", whole)] = 1
+    streaming: Streaming = Streaming()
+    segmentation: Segmenting = Segmenting()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
@@ -56,13 +58,14 @@ def run(options: Options, console: Console) -> int:
     from mossar_tools.story import Story
     from mossar_tools.streaming import stream
 
-    seconds = options.seconds or SECONDS
+    seconds = options.streaming.seconds or SECONDS
     url = f"demo:?seed={options.seed}&noise={options.noise:g}&performers={options.performers}&seconds={seconds:g}"
-    options = msgspec.structs.replace(options, sources=(url,), seconds=None)
-    if is_terminal(console.out) and "-" not in options.to and not options.quiet:
+    streaming = msgspec.structs.replace(options.streaming, seconds=None)
+    if is_terminal(console.out) and "-" not in streaming.to and not options.messages.quiet:
         for line in console.fold(INTRODUCTION):
             console.line(line)
-    status, summary = stream(options, console, view_of=Story)
-    for line in () if options.quiet else summary:
+    streamed = as_run(options, sources=(url,), streaming=streaming)
+    status, summary = stream(streamed, console, view_of=Story)
+    for line in () if options.messages.quiet else summary:
         console.say(line)
     return status

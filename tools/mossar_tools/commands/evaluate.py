@@ -1,17 +1,19 @@
 """`mossar evaluate`: accuracy against labelled recordings."""
 
-import argparse
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import msgspec
 
 from mossar_adapters.address import parse_url
 from mossar_stream import Settings
 from mossar_tools.console import Console
+from mossar_tools.declared import Option, Section, operand
 from mossar_tools.errors import DONE, UsageError
 from mossar_tools.evaluation.takes import Take
-from mossar_tools.options import Options, add_messages, add_output, add_plot, add_settings
+from mossar_tools.options import LabelledSegmenting, Messages, Picture, output
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
 from mossar_tools.values import factors, share, whole
@@ -43,41 +45,42 @@ EXAMPLES = """  mossar evaluate demo:                                the built-i
 SHOWN = "Mossar default, streaming"  # the method whose recordings are listed one by one
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument("sources", metavar="DIR", nargs="+", help="folders of labelled recordings, or demo:")
-    group = parser.add_argument_group("method and output")
-    group.add_argument(
-        "--leave-out",
-        action="store_true",
-        help="with several folders, score each with the best strength of the others",
-    )
-    group.add_argument(
-        "--stretch",
-        metavar="X,...",
-        type=factors,
-        help="final key frames of the same recordings stretched in time, as if performers were so many times as slow",
-    )
-    group.add_argument(
-        "--strict",
-        metavar="X",
-        type=share,
-        help="of moves on command, how strict all moves are, 0 to 1 (default: 0.5)",
-    )
-    add_output(group, "json", "everything as one JSON object")
-    add_output(group, "csv", "a row for each method and recording")
-    add_plot(group)
-    group.add_argument(
-        "--seeds", metavar="N", type=whole, help="performances of each kind of demo: (default: 20)"
-    )
-    add_settings(parser, body_only=True, with_level=False)
-    add_messages(parser)
+Seeds = Annotated[int | None, Option("performances of each kind of demo: (default: 20)", "N", whole)]
+
+
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    sources: Annotated[tuple[str, ...], operand("DIR", "folders of labelled recordings, or demo:", "+")]
+    leave_out: Annotated[
+        bool,
+        Section("method and output"),
+        Option("with several folders, score each with the best strength of the others"),
+    ] = False
+    stretch: Annotated[
+        tuple[float, ...] | None,
+        Option(
+            "final key frames of the same recordings stretched in time, as if performers were so many times as slow",
+            "X,...",
+            factors,
+        ),
+    ] = None
+    strict: Annotated[
+        float | None,
+        Option("of moves on command, how strict all moves are, 0 to 1 (default: 0.5)", "X", share),
+    ] = None
+    json: Annotated[str | None, output("everything as one JSON object")] = None
+    csv: Annotated[str | None, output("a row for each method and recording")] = None
+    picture: Picture = Picture()
+    seeds: Seeds = None
+    segmentation: LabelledSegmenting = LabelledSegmenting()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     _refuse_what_would_change_nothing(options)
-    settings = options.settings()
+    settings = options.segmentation.settings(*options.sources)
     outputs = Outputs.of(options)
     if options.stretch is not None:
         return _stretched(options, console, outputs, settings)
@@ -91,7 +94,7 @@ def run(options: Options, console: Console) -> int:
         return _moves(options, console, outputs, settings)
     if options.strict is not None:
         raise UsageError("--strict takes a folder of moves on command")
-    takes = load_takes(options, console)
+    takes = load_takes(options.sources[0], options.seeds, console)
     from mossar_tools.evaluation.chance import chance_methods
     from mossar_tools.evaluation.mossar import mossar_methods
     from mossar_tools.evaluation.report import as_json, recording_table, tables
@@ -110,13 +113,13 @@ def run(options: Options, console: Console) -> int:
         from mossar_tools.evaluation.strips import draw_strips
 
         console.status("drawing ...", now=True)
-        left_out = draw_strips(outputs.picture, groups, rows, settings, palette(dark=options.dark))
+        left_out = draw_strips(outputs.picture, groups, rows, settings, palette(dark=options.picture.dark))
         console.say(f"drawn: {outputs.picture}" + (f" ({left_out} recordings left out)" if left_out else ""))
     return DONE
 
 
 def _refuse_what_would_change_nothing(options: Options) -> None:
-    if "level" in options.set:
+    if "level" in options.segmentation.set:
         raise UsageError("the level is that of each recording's label; --set level=... would change nothing")
 
 
@@ -132,7 +135,7 @@ def _moves(options: Options, console: Console, outputs: Outputs, settings: Setti
     """Show the results of moves on command, and of segmented examples."""
     from mossar_tools.evaluation.moves_report import evaluate_moves, moves_json, moves_lines, moves_rows
 
-    if options.plot:
+    if options.picture.plot:
         raise UsageError("--plot takes a folder with true cuts; this one holds moves")
     found = evaluate_moves(
         Path(parse_url(options.sources[0]).path),
@@ -152,7 +155,7 @@ def _stretched(options: Options, console: Console, outputs: Outputs, settings: S
     from mossar_tools.evaluation.trial import groups_of
 
     refused = {
-        "--plot": options.plot,
+        "--plot": options.picture.plot,
         "--leave-out": options.leave_out,
         "--strict": options.strict is not None,
     }
@@ -162,7 +165,7 @@ def _stretched(options: Options, console: Console, outputs: Outputs, settings: S
     if is_demo or (len(options.sources) == 1 and _is_of_moves(options)):
         if not is_demo:
             raise UsageError("--stretch takes folders with true cuts; this one holds moves")
-        sets = groups_of(load_takes(options, console))
+        sets = groups_of(load_takes(options.sources[0], options.seeds, console))
     else:
         folders = [Path(source) for source in options.sources]
         sets = load_sets(folders, lambda path: console.status(f"reading {path}"))
@@ -179,7 +182,7 @@ def _sets(options: Options, console: Console, outputs: Outputs, settings: Settin
     from mossar_tools.evaluation.report import as_json, tables
     from mossar_tools.evaluation.sets import compare_sets, load_sets
 
-    if options.plot:
+    if options.picture.plot:
         raise UsageError("--plot takes one folder")
     folders = [Path(source) for source in options.sources]
     sets = load_sets(folders, lambda path: console.status(f"reading {path}"))
@@ -211,8 +214,13 @@ def _flat(report: Mapping[str, Any]) -> list[dict[str, Any]]:
     ]
 
 
-def load_takes(options: Options, console: Console) -> Sequence[Take]:
+def load_takes(source: str, seeds: int | None, console: Console) -> Sequence[Take]:
     """Return the labelled takes of a folder, or of the built-in performer.
+
+    Args:
+        source: The folder, or demo: with its options.
+        seeds: Performances of each kind of demo:; None for the usual number.
+        console: Where progress is shown.
 
     Raises:
         UsageError: If the source is neither.
@@ -222,11 +230,9 @@ def load_takes(options: Options, console: Console) -> Sequence[Take]:
     from mossar_tools.evaluation.performer import SEEDS, demo_takes
     from mossar_tools.evaluation.takes import load_folder
 
-    address = parse_url(options.sources[0])
+    address = parse_url(source)
     if address.scheme == "demo":
-        return list(demo_takes(options.sources[0], options.seeds or SEEDS))
+        return list(demo_takes(source, seeds or SEEDS))
     if address.scheme != "file":
-        raise UsageError(
-            f"{options.sources[0]}: mossar evaluate takes a folder of labelled recordings or demo:"
-        )
+        raise UsageError(f"{source}: mossar evaluate takes a folder of labelled recordings or demo:")
     return load_folder(Path(address.path), lambda path: console.status(f"reading {path}"))

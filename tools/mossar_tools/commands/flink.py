@@ -1,11 +1,14 @@
 """`mossar flink`: live streams of many performers on Apache Flink."""
 
-import argparse
 from pathlib import Path
+from typing import Annotated
+
+import msgspec
 
 from mossar_tools.console import LOGGER, Console
+from mossar_tools.declared import operand
 from mossar_tools.errors import DONE, FAILED
-from mossar_tools.options import Options, add_messages
+from mossar_tools.options import Messages
 
 DESCRIPTION = """Segment the streams of many performers on Apache Flink: records from a topic or from files, keyed by
 performer; events to a topic, to files, or directly to a sink. A TOML file describes the job; docs/engines.md explains it."""
@@ -14,10 +17,11 @@ EXAMPLES = """  mossar flink job.toml                                          o
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument("file", metavar="JOB.toml", help="description of the job")
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    file: Annotated[str, operand("JOB.toml", "description of the job")]
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:

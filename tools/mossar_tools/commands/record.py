@@ -1,12 +1,15 @@
 """`mossar record`: write arriving frames to a file that replay reproduces."""
 
-import argparse
 from pathlib import Path
+from typing import Annotated
+
+import msgspec
 
 from mossar_stream import FrameError, MossarError
 from mossar_tools.console import LOGGER, Console
+from mossar_tools.declared import Option, operand
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
-from mossar_tools.options import Options, add_body, add_messages, add_people, add_speed
+from mossar_tools.options import Body, Messages, People, SpeedOfReading
 from mossar_tools.values import positive
 
 DESCRIPTION = """Write the frames of a source to a recording. The file only grows: frames older than a second
@@ -17,16 +20,17 @@ EXAMPLES = """  mossar record osc://0.0.0.0:39539 take.msk
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument("sources", metavar="SOURCE", nargs=1, help="a URL, a recording, or -")
-    parser.add_argument("file", metavar="FILE", help="file to write: .msk or .jsonl")
-    parser.add_argument("--force", action="store_true", help="replace an existing file")
-    parser.add_argument("--seconds", metavar="S", type=positive, help="stop after this time of the stream")
-    add_speed(parser, "max for recordings, 1 for demo:")
-    add_body(parser)
-    add_people(parser)
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    sources: Annotated[tuple[str, ...], operand("SOURCE", "a URL, a recording, or -", 1)]
+    file: Annotated[str, operand("FILE", "file to write: .msk or .jsonl")]
+    force: Annotated[bool, Option("replace an existing file")] = False
+    seconds: Annotated[float | None, Option("stop after this time of the stream", "S", positive)] = None
+    speed: SpeedOfReading = None
+    body: Body = Body()
+    people: People = People()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
@@ -40,7 +44,8 @@ def run(options: Options, console: Console) -> int:
     url = options.sources[0]
     if Path(options.file).suffix.lower() not in {".msk", ".jsonl"}:
         raise UsageError(f"{options.file}: recordings are written as .msk, or .jsonl to be read elsewhere")
-    source = source_of(url, options)
+    reading = options.body.reading(again=options.force)
+    source = source_of(url, reading, options.people, options.speed)
     try:
         sink = open_frame_sink(options.file, force=options.force)
     except Exception:

@@ -1,21 +1,22 @@
 """`mossar replay`: send a recording out as a live stream of frames."""
 
-import argparse
 import contextlib
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from msgspec.structs import replace
+import msgspec
 
 from mossar_adapters.abilities import Drops, offered
 from mossar_adapters.address import parse_url
 from mossar_stream import FrameError, MossarError
 from mossar_tools.console import LOGGER, Console
+from mossar_tools.declared import Option, operand
 from mossar_tools.errors import DONE, FAILED, UsageError
-from mossar_tools.options import Options, add_body, add_messages, add_speed
+from mossar_tools.options import Body, Messages, Speed
 
 if TYPE_CHECKING:
     from mossar_adapters.files import JointMotion
+    from mossar_adapters.files.options import ReadOptions
     from mossar_adapters.sink import FrameSink
 
 DESCRIPTION = """Send a recording as a live stream, each frame at its own time. VMC receivers get rotations, too, if the
@@ -27,20 +28,23 @@ EXAMPLES = """  mossar replay walk.bvh --to 'osc://127.0.0.1:39539?profile=vmc'
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument("file", metavar="FILE", help="a recording, or demo:")
-    parser.add_argument(
-        "--to",
-        metavar="SINK",
-        action="append",
-        help="sink of frames: osc://, zmq+bind://, - or a file; repeatable",
-    )
-    add_speed(parser, "1")
-    parser.add_argument("--loop", action="store_true", help="repeat until Ctrl-C")
-    parser.add_argument("--force", action="store_true", help="replace an existing file")
-    add_body(parser)
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    file: Annotated[str, operand("FILE", "a recording, or demo:")]
+    to: Annotated[
+        tuple[str, ...],
+        Option(
+            "sink of frames: osc://, zmq+bind://, - or a file; repeatable",
+            "SINK",
+            repeatable=True,
+        ),
+    ] = ()
+    speed: Speed = None
+    loop: Annotated[bool, Option("repeat until Ctrl-C")] = False
+    force: Annotated[bool, Option("replace an existing file")] = False
+    body: Body = Body()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
@@ -56,14 +60,15 @@ def run(options: Options, console: Console) -> int:
     scheme = parse_url(options.file).scheme
     if scheme not in {"file", "demo"}:
         raise UsageError(f"{options.file}: mossar replay sends recordings and demo:, not live streams")
+    reading = options.body.reading(again=options.force)
     with contextlib.ExitStack() as opened:
-        source = source_of(options.file, replace(options, speed=options.speed or 1.0))
+        source = source_of(options.file, reading, speed=options.speed or 1.0, loop=options.loop)
         opened.callback(source.close)
         sinks: list[FrameSink] = []
         for url in options.to:
             sinks.append(open_frame_sink(url, force=options.force))
             opened.callback(sinks[-1].close)
-        motion = _motion(options) if scheme == "file" else None
+        motion = _motion(options.file, reading) if scheme == "file" else None
         try:
             for seconds in Replay(source, sinks, motion).run():
                 console.status(f"{source.name} · {seconds:.1f} s sent")
@@ -82,10 +87,10 @@ def run(options: Options, console: Console) -> int:
     return DONE
 
 
-def _motion(options: Options) -> "JointMotion | None":
+def _motion(file: str, reading: "ReadOptions") -> "JointMotion | None":
     """Return the rotations of a recording, None if it has none."""
     from mossar_adapters.files import open_motion
     from mossar_adapters.files.registry import format_of
 
-    path = Path(parse_url(options.file).path)
-    return open_motion(path, options.reading()) if format_of(path).motion else None
+    path = Path(parse_url(file).path)
+    return open_motion(path, reading) if format_of(path).motion else None

@@ -1,10 +1,13 @@
 """`mossar run`: segment live or recorded streams."""
 
-import argparse
+from typing import Annotated, Any
+
+import msgspec
 
 from mossar_tools.console import Console, is_terminal
+from mossar_tools.declared import Option, operand
 from mossar_tools.errors import UsageError
-from mossar_tools.options import Options, add_page, add_segmenting, add_speed, add_stream, which_source
+from mossar_tools.options import Body, Messages, PageOptions, People, Segmenting, SpeedOfReading, Streaming
 
 DESCRIPTION = (
     "Segment live or recorded streams. In a terminal key frames are shown; in a pipe they are JSON lines."
@@ -34,25 +37,38 @@ EXAMPLES = """  mossar run 39539                                 a VMC or Kinect
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument(
-        "sources",
-        metavar="SOURCE",
-        nargs="*",
-        help="a port, a URL, a recording, or - for JSON lines; several are possible",
-    )
-    add_speed(parser, "max for recordings, 1 for demo:")
-    add_stream(parser)
-    parser.add_argument(
-        "--explain",
-        action="store_true",
-        help="with --moves: a line about each movement: the nearest move, and the reason why it was not recognised; with "
-        "--follow also about each performance that was given up",
-    )
-    parser.add_argument("--view", action="store_true", help="also show the dashboard in a browser")
-    add_page(parser)
-    add_segmenting(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    sources: Annotated[
+        tuple[str, ...],
+        operand("SOURCE", "a port, a URL, a recording, or - for JSON lines; several are possible", "*"),
+    ] = ()
+    speed: SpeedOfReading = None
+    streaming: Streaming = Streaming()
+    explain: Annotated[
+        bool,
+        Option(
+            "with --moves: a line about each movement: the nearest move, and the reason why it was not recognised; with "
+            "--follow also about each performance that was given up"
+        ),
+    ] = False
+    view: Annotated[bool, Option("also show the dashboard in a browser")] = False
+    page: PageOptions = PageOptions()
+    segmentation: Segmenting = Segmenting()
+    body: Body = Body()
+    people: People = People()
+    messages: Messages = Messages()
+
+
+def as_run(options: msgspec.Struct, **changes: Any) -> Options:
+    """Return what the options of another command mean to this one, whose defaults stand for those that it lacks.
+
+    Args:
+        options: Of the other command.
+        changes: Fields that are not as the user says.
+    """
+    return msgspec.structs.replace(msgspec.convert(options, Options, from_attributes=True), **changes)
 
 
 def run(options: Options, console: Console) -> int:
@@ -60,16 +76,18 @@ def run(options: Options, console: Console) -> int:
     from mossar_tools.streaming import stream
 
     if not options.sources:
-        raise UsageError(which_source("run", options))
-    if options.explain and not options.moves:
+        from mossar_tools.opening import which_source
+
+        raise UsageError(which_source("run", options.page))
+    if options.explain and not options.streaming.moves:
         raise UsageError("--explain needs --moves: it says which move was nearest in each movement")
-    if options.view and options.page == "player":
+    if options.view and options.page.page == "player":
         from mossar_tools.player_page.opening import stream_with_page
 
         status, summary = stream_with_page(options, console, page_only=False)
     else:
         status, summary = stream(options, console)
-    if is_terminal(console.out) and not options.quiet:
+    if is_terminal(console.out) and not options.messages.quiet:
         for line in summary:
             console.say(line)
     return status

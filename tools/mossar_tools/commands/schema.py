@@ -1,12 +1,10 @@
 """`mossar schema`: the JSON Schema of the events."""
 
-import argparse
-
 import msgspec
 
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE
-from mossar_tools.options import Options, add_messages
+from mossar_tools.options import Messages
 
 DESCRIPTION = """Print the JSON Schema of the events and metas, for programs that check messages or make types.
 docs/events.md explains them with examples."""
@@ -15,9 +13,10 @@ EXAMPLES = """  mossar schema > events.schema.json
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:  # noqa: ARG001 - every command gets them

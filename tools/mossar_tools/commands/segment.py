@@ -1,32 +1,31 @@
 """`mossar segment`: whole recordings, offline."""
 
-import argparse
 import glob
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import msgspec.structs
+import msgspec
 
+from mossar_tools import values
 from mossar_tools.console import LOGGER, Console, progress_of
+from mossar_tools.declared import Option, Section, operand
 from mossar_tools.errors import DONE, WRONG_USAGE, UsageError
 from mossar_tools.options import (
     WIDTH,
-    Options,
-    add_body,
-    add_messages,
-    add_moves,
-    add_output,
-    add_part,
-    add_plot,
-    add_settings,
-    add_width,
+    Begin,
+    Body,
+    Followed,
+    Messages,
+    MovesFile,
+    Picture,
+    Segmenting,
+    Until,
+    output,
 )
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
 from mossar_tools.sessions import check_pattern
-from mossar_tools.values import seconds
-from mossar_tools.values import whole as whole_number
 from mossar_tools.wording import counted
 
 if TYPE_CHECKING:
@@ -86,73 +85,81 @@ _COUNTED = {
 }
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument("sources", metavar="FILE", nargs="*", help="recordings, or demo:")
-    group = parser.add_argument_group("output")
-    add_output(group, "json", "all key frames with their strengths, and the segments")
-    add_output(
-        group, "csv", "a row for each segment, repetition and move: when, which frames, what it is like"
-    )
-    group.add_argument(
-        "--export",
-        metavar="FILE",
-        action="append",
-        help="a file for annotation programs; .eaf (ELAN), .TextGrid (Praat), .txt (Audacity), .vtt (WebVTT), .tsv (BIDS), .json and .xml "
-        "(Label Studio: predictions, labelling interface), .etf (ELAN template); .c3d: a copy of a C3D recording with events",
-    )
-    group.add_argument(
-        "--video", metavar="URL", help="for --export FILE.json and .xml: the video that Label Studio shows"
-    )
-    group.add_argument(
-        "--cut",
-        metavar="DIR",
-        help="a clip of each segment, .bvh, .c3d, .trc or .npz, and a table of them, in a folder",
-    )
-    group.add_argument(
-        "--of",
-        choices=["segments", "repetitions", "moves", "followed"],
-        help="kind of clips for --cut (default: segments)",
-    )
-    group.add_argument(
-        "--person", metavar="NAME", help="a column of the tables: the person in the recordings"
-    )
-    group.add_argument(
-        "--session", metavar="NAME", help="a column of the tables: the session of the recordings"
-    )
-    group.add_argument(
-        "--pattern",
-        metavar="TEXT",
-        help="columns of the tables from the files' names: '{person}_{session}_{trial}' for ann_2_walk.c3d",
-    )
-    group.add_argument(
-        "--angles",
-        action="store_true",
-        help="with --repetitions: the range of knees, hips, elbows and other joints in each repetition, degrees",
-    )
-    group.add_argument(
-        "--curves",
-        metavar="FILE",
-        help="the angles of every frame: a table .csv, or a picture .png, .svg, .pdf",
-    )
-    add_plot(group)
-    add_width(group)
-    group = parser.add_argument_group("a part of a recording")
-    add_part(group)
-    group.add_argument("--to", dest="plot_to", metavar="S", type=seconds, help="former name of --until")
-    add_moves(group)
-    group.add_argument("--keep", metavar="K", type=whole_number, help="keep the K strongest key frames")
-    add_settings(parser)
-    add_body(parser)
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    sources: Annotated[tuple[str, ...], operand("FILE", "recordings, or demo:", "*")] = ()
+    json: Annotated[
+        str | None, Section("output"), output("all key frames with their strengths, and the segments")
+    ] = None
+    csv: Annotated[
+        str | None,
+        output("a row for each segment, repetition and move: when, which frames, what it is like"),
+    ] = None
+    export: Annotated[
+        tuple[str, ...],
+        Option(
+            "a file for annotation programs; .eaf (ELAN), .TextGrid (Praat), .txt (Audacity), .vtt (WebVTT), .tsv (BIDS), .json and .xml "
+            "(Label Studio: predictions, labelling interface), .etf (ELAN template); .c3d: a copy of a C3D recording with events",
+            "FILE",
+            repeatable=True,
+        ),
+    ] = ()
+    video: Annotated[
+        str | None, Option("for --export FILE.json and .xml: the video that Label Studio shows", "URL")
+    ] = None
+    cut: Annotated[
+        str | None,
+        Option("a clip of each segment, .bvh, .c3d, .trc or .npz, and a table of them, in a folder", "DIR"),
+    ] = None
+    of: Annotated[
+        Literal["segments", "repetitions", "moves", "followed"],
+        Option("kind of clips for --cut (default: segments)"),
+    ] = "segments"
+    person: Annotated[
+        str | None,
+        Option("a column of the tables: the person in the recordings", "NAME"),
+    ] = None
+    session: Annotated[
+        str | None, Option("a column of the tables: the session of the recordings", "NAME")
+    ] = None
+    pattern: Annotated[
+        str | None,
+        Option(
+            "columns of the tables from the files' names: '{person}_{session}_{trial}' for ann_2_walk.c3d",
+            "TEXT",
+        ),
+    ] = None
+    angles: Annotated[
+        bool,
+        Option(
+            "with --repetitions: the range of knees, hips, elbows and other joints in each repetition, degrees"
+        ),
+    ] = False
+    curves: Annotated[
+        str | None, Option("the angles of every frame: a table .csv, or a picture .png, .svg, .pdf", "FILE")
+    ] = None
+    picture: Picture = Picture()
+    width: Annotated[
+        float, Option(f"of the picture (default: {WIDTH:g}); a wide one shows more", "INCHES", values.inches)
+    ] = WIDTH
+    begin: Annotated[Begin, Section("a part of a recording")] = None
+    until: Until = None
+    plot_to: Annotated[float | None, Option("former name of --until", "S", values.seconds, flag="to")] = None
+    moves: MovesFile = None
+    follow: Followed = ()
+    keep: Annotated[int | None, Option("keep the K strongest key frames", "K", values.whole)] = None
+    segmentation: Segmenting = Segmenting()
+    body: Body = Body()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
-    settings = options.settings(range="file")
+    settings = options.segmentation.settings(*options.sources, range="file")
     files = _files(options)
     options = _until(options)
-    if options.plot is None and options.width != WIDTH:
+    if options.picture.plot is None and options.width != WIDTH:
         raise UsageError("--width is of a picture; add --plot FILE")
     if options.of != "segments" and options.cut is None:
         raise UsageError("--of says what --cut DIR cuts; add --cut")
@@ -167,7 +174,7 @@ def run(options: Options, console: Console) -> int:
         raise UsageError("--angles are of repetitions; add --repetitions")
     outputs = Outputs.of(options)
     if len(files) == 1:
-        return _one(msgspec.structs.replace(options, file=files[0]), outputs, console)
+        return _one(files[0], options, outputs, console)
     if outputs.picture is not None:
         raise UsageError("--plot draws one recording; name one")
     if outputs.exports or outputs.clips is not None or outputs.curves is not None:
@@ -211,19 +218,20 @@ def _files(options: Options) -> list[str]:
     return found
 
 
-def _one(options: Options, outputs: Outputs, console: Console) -> int:
+def _one(file: str, options: Options, outputs: Outputs, console: Console) -> int:
     from mossar_tools.batch import report_of, rows_of, segment_whole
 
     loaded, result, chosen = segment_whole(
+        file,
         options,
-        lambda share: console.progress(share, f"reading {options.file}"),
-        lambda: progress_of(f"segmenting {options.file}"),
+        lambda share: console.progress(share, f"reading {file}"),
+        lambda: progress_of(f"segmenting {file}"),
         curves=outputs.picture is not None,
     )
     console.clear()
     outputs.write_json(report_of(options, loaded, result, chosen), console)
     outputs.write_csv(rows_of(options, loaded, result, chosen), console)
-    write = outputs.reading(console, quiet=options.quiet)
+    write = outputs.reading(console, quiet=options.messages.quiet)
     if write is not None:
         from mossar_tools.tables import segmentation_table
 
@@ -234,7 +242,7 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
     if outputs.curves is not None:
         from mossar_tools.angle_curves import write_curves
 
-        write_curves(outputs.curves, loaded, result, palette(dark=options.dark))
+        write_curves(outputs.curves, loaded, result, palette(dark=options.picture.dark))
         console.say(f"written: {outputs.curves}")
     if outputs.exports:
         _export(options, outputs, loaded, result, chosen, console)
@@ -242,14 +250,16 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
         from mossar_adapters.files.clips import write_clips
 
         clips, rows = _clips(options, loaded, result, chosen)
-        count = write_clips(outputs.clips, loaded, clips, rows, options.reading())
+        count = write_clips(
+            outputs.clips, loaded, clips, rows, options.body.reading(again=options.picture.force)
+        )
         console.say(f"written: {count} clips in {outputs.clips}")
     if outputs.picture is not None:
         from mossar_tools.follow_plot import draw_followed
         from mossar_tools.plot import draw
 
         console.status("drawing ...", now=True)
-        colours = palette(dark=options.dark)
+        colours = palette(dark=options.picture.dark)
         if result.followed:
             draw_followed(outputs.picture, loaded.name, result.followed, colours, options.width)
         else:
@@ -334,7 +344,9 @@ def _tiers(
     tiers = [segment_tier(chosen.segments, level, origin), key_frame_tier(chosen.key_frames, origin)]
     for other in LEVEL_NAMES if isinstance(level, str) else ():
         if other != level:
-            settings = msgspec.structs.replace(options, level=other).settings(range="file")
+            settings = msgspec.structs.replace(options.segmentation, level=other).settings(
+                *options.sources, range="file"
+            )
             settings = settings.replace(limbs=False, phase=False, repetitions=False, steps=False)
             again = segment_recording(
                 loaded.positions,
@@ -378,7 +390,7 @@ def _several(files: list[str], options: Options, outputs: Outputs, console: Cons
             yield done
 
     bad = 0
-    write_line = outputs.reading(console, quiet=options.quiet)
+    write_line = outputs.reading(console, quiet=options.messages.quiet)
     with (
         outputs.json_lines(console) as write_json,
         outputs.csv_rows(columns_of(options), console) as write_csv,

@@ -1,15 +1,15 @@
 """`mossar settings`: the value of every setting, where it comes from, and its effect."""
 
-import argparse
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 
 from mossar_stream import SETTING_METAS, Settings
 from mossar_tools.console import Console
+from mossar_tools.declared import Option, Section
 from mossar_tools.errors import DONE
-from mossar_tools.options import Options, add_messages, add_output, add_settings
+from mossar_tools.options import Messages, Segmenting, output
 from mossar_tools.outputs import Outputs
 
 DESCRIPTION = """Print the value of the settings to begin with, or of --all: the unit, where the value comes from (default,
@@ -32,22 +32,23 @@ FOLLOWED = {
 }
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    add_settings(parser)
-    parser.add_argument("--all", action="store_true", help="all settings, experts' ones, too")
-    group = parser.add_argument_group("output")
-    add_output(group, "json", "the settings as one JSON object")
-    add_output(group, "csv", "a row for each setting")
-    group.add_argument("--force", action="store_true", help="replace existing files")
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    segmentation: Segmenting = Segmenting()
+    all: Annotated[bool, Option("all settings, experts' ones, too")] = False
+    json: Annotated[str | None, Section("output"), output("the settings as one JSON object")] = None
+    csv: Annotated[str | None, output("a row for each setting")] = None
+    force: Annotated[bool, Option("replace existing files")] = False
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     outputs = Outputs.of(options)
-    found = explained(options)
-    outputs.write_json({"v": 1, "preset": options.preset, "settings": found}, console)
+    segmentation = options.segmentation
+    found = explained(segmentation)
+    outputs.write_json({"v": 1, "preset": segmentation.preset, "settings": found}, console)
     rows = _rows(found)
     outputs.write_csv(rows, console)
     if not outputs.piped:
@@ -58,7 +59,7 @@ def run(options: Options, console: Console) -> int:
 
 def _lines(options: Options, rows: Sequence[Mapping[str, Any]], console: Console) -> Iterator[str]:
     """Yield the table that is wanted: of the first settings and those that were set, or of all."""
-    set_here = {name.partition(".")[0] for name in options.set}
+    set_here = {name.partition(".")[0] for name in options.segmentation.set}
     first = [row for row in rows if row["name"].partition(".")[0] in {*FIRST, *set_here}]
     first.sort(key=lambda row: FIRST.index(row["name"]) if row["name"] in FIRST else len(FIRST))
     yield from _table(rows if options.all else first, console)
@@ -97,37 +98,37 @@ def _table(rows: Sequence[Mapping[str, Any]], console: Console) -> Iterator[str]
             yield from console.fold(f"    {row['effect']}", "")
 
 
-def explained(options: Options) -> dict[str, dict[str, Any]]:
+def explained(segmentation: Segmenting) -> dict[str, dict[str, Any]]:
     """Return for each setting its value, unit, legal values, where the value comes from and its effect."""
-    chosen = options.settings()
+    chosen = segmentation.settings()
     resolved = chosen.resolved()
     found = {}
     for name, meta in SETTING_METAS.items():
         found[name] = {
             "value": msgspec.to_builtins(getattr(resolved, name)),
             "unit": meta.unit,
-            "from": _origin(name, options, chosen),
+            "from": _origin(name, segmentation, chosen),
             "legal": meta.written,
             "effect": meta.effect,
         }
     return found
 
 
-def _origin(name: str, options: Options, chosen: Settings) -> str:
-    if name in {full.partition(".")[0] for full in options.set}:
+def _origin(name: str, segmentation: Segmenting, chosen: Settings) -> str:
+    if name in {full.partition(".")[0] for full in segmentation.set}:
         return "you"
     given = {
-        "level": options.level,
-        "repetitions": options.repetitions or None,
-        "limbs": options.limbs,
-        "rests": options.rests,
+        "level": segmentation.level,
+        "repetitions": segmentation.repetitions or None,
+        "limbs": segmentation.limbs,
+        "rests": segmentation.rests,
     }
     if given.get(name) is not None:
         return "you"
     if getattr(chosen, name) is None and getattr(chosen.resolved(), name) is not None:
         return _followed(name, chosen) or f"level {chosen.bundle}"
-    preset, default = Settings.build(options.preset), Settings()
-    return "default" if getattr(preset, name) == getattr(default, name) else f"preset {options.preset}"
+    preset, default = Settings.build(segmentation.preset), Settings()
+    return "default" if getattr(preset, name) == getattr(default, name) else f"preset {segmentation.preset}"
 
 
 def _followed(name: str, chosen: Settings) -> str:

@@ -1,29 +1,19 @@
 """`mossar teach`: show moves, once or twice each, that `mossar run --moves` then recognises."""
 
-import argparse
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import msgspec
 import numpy as np
 
+from mossar_adapters.files.options import ReadOptions
 from mossar_stream import FACINGS, MoveRule
+from mossar_tools import values
 from mossar_tools.console import LOGGER, Console, prints_unicode
+from mossar_tools.declared import Option, Section, operand
 from mossar_tools.errors import DONE, UsageError
 from mossar_tools.moves_file import changing, check_taught_name, moves_for, oddities_of, read_moves
-from mossar_tools.options import (
-    Options,
-    add_body,
-    add_messages,
-    add_part,
-    add_people,
-    add_plot,
-    add_settings,
-    add_speed,
-)
-from mossar_tools.values import names, positive, seconds
-from mossar_tools.values import share as share_of_one
-from mossar_tools.values import whole as whole_number
+from mossar_tools.options import Begin, Body, BodySegmenting, Messages, People, Picture, SpeedOfReading, Until
 
 if TYPE_CHECKING:
     from mossar_stream import Example, Moves
@@ -68,86 +58,92 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
 LEAST_SECONDS, MOST_SECONDS = 0.5, 60.0  # s of an example of a fixed length
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument("file", metavar="FILE.json", help="file of moves; created if it does not exist")
-    parser.add_argument(
-        "sources", metavar="SOURCE", nargs="*", default=argparse.SUPPRESS, help="a stream or a recording"
-    )
-    group = parser.add_argument_group("examples of a move")
-    group.add_argument("--name", metavar="NAME", help="name of the move")
-    group.add_argument(
-        "--pose", metavar="NAME", help="name of a pose; the one held at the end is saved, once"
-    )
-    group.add_argument(
-        "--hold",
-        metavar="SECONDS",
-        type=seconds,
-        help="of --pose: how long until it counts as held (default: 1)",
-    )
-    group.add_argument("--times", metavar="N", type=whole_number, help="number of examples (default: 2)")
-    group.add_argument(
-        "--seconds",
-        metavar="S",
-        type=positive,
-        help="each example is the next S seconds, after a countdown: for moves without a rest at their ends",
-    )
-    group.add_argument(
-        "--keep",
-        dest="keeps",
-        action="store_true",
-        help="keep an example that is unlike the others, instead of asking for it again",
-    )
-    add_part(group)
-    group.add_argument(
-        "--labels",
-        metavar="FILE",
-        help="table of many moves of a recording; .csv with columns start, end, name, or .eaf, .TextGrid, .txt, .vtt, .tsv, .json, .c3d",
-    )
-    group.add_argument("--tier", metavar="NAME", help="tier of --labels with the moves (default: moves)")
-    group = parser.add_argument_group("an unlabelled recording")
-    group.add_argument("--discover", action="store_true", help="group its movements into kinds")
-    group.add_argument(
-        "--names",
-        metavar="A,B,-,...",
-        type=names,
-        help="names of the kinds in their order, - for none; the --times most typical examples of each are taken",
-    )
-    add_plot(group)
-    group = parser.add_argument_group("rules of recognition, stored in the file")
-    group.add_argument(
-        "--strict",
-        metavar="X",
-        type=share_of_one,
-        help="of --name: from 0 (whatever is nearest) to 1 (only what is almost the same; default: 0.5)",
-    )
-    group.add_argument(
-        "--again",
-        metavar="SECONDS",
-        type=seconds,
-        help="of --name: not confirmed again before so much time (default: 0)",
-    )
-    group.add_argument(
-        "--mirrored",
-        action=argparse.BooleanOptionalAction,
-        help="of --name or --pose: its mirror image is recognised and followed, too; of jab_left as jab_right",
-    )
-    group.add_argument(
-        "--facing",
-        choices=FACINGS,
-        help="of all moves: recognised from any side, or only as they were shown (default: any)",
-    )
-    group = parser.add_argument_group("contents of the file")
-    group.add_argument("--list", action="store_true", help="list the moves, and draw each example")
-    group.add_argument(
-        "--undo", action="store_true", help="take back the last example, of --name or of all moves"
-    )
-    group.add_argument("--remove", metavar="NAME", help="remove a move or a pose")
-    add_speed(parser, "max for recordings, 1 for demo:")
-    add_settings(parser, body_only=True)
-    add_body(parser)
-    add_people(parser)
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    file: Annotated[str, operand("FILE.json", "file of moves; created if it does not exist")]
+    sources: Annotated[tuple[str, ...], operand("SOURCE", "a stream or a recording", "*")] = ()
+    name: Annotated[str | None, Section("examples of a move"), Option("name of the move", "NAME")] = None
+    pose: Annotated[
+        str | None,
+        Option("name of a pose; the one held at the end is saved, once", "NAME"),
+    ] = None
+    hold: Annotated[
+        float | None,
+        Option("of --pose: how long until it counts as held (default: 1)", "SECONDS", values.seconds),
+    ] = None
+    times: Annotated[int, Option("number of examples (default: 2)", "N", values.whole)] = 2
+    seconds: Annotated[
+        float | None,
+        Option(
+            "each example is the next S seconds, after a countdown: for moves without a rest at their ends",
+            "S",
+            values.positive,
+        ),
+    ] = None
+    keeps: Annotated[
+        bool,
+        Option("keep an example that is unlike the others, instead of asking for it again", flag="keep"),
+    ] = False
+    begin: Begin = None
+    until: Until = None
+    labels: Annotated[
+        str | None,
+        Option(
+            "table of many moves of a recording; .csv with columns start, end, name, or .eaf, .TextGrid, .txt, .vtt, .tsv, .json, .c3d",
+            "FILE",
+        ),
+    ] = None
+    tier: Annotated[str | None, Option("tier of --labels with the moves (default: moves)", "NAME")] = None
+    discover: Annotated[
+        bool, Section("an unlabelled recording"), Option("group its movements into kinds")
+    ] = False
+    names: Annotated[
+        tuple[str, ...],
+        Option(
+            "names of the kinds in their order, - for none; the --times most typical examples of each are taken",
+            "A,B,-,...",
+            values.names,
+        ),
+    ] = ()
+    picture: Picture = Picture()
+    strict: Annotated[
+        float | None,
+        Section("rules of recognition, stored in the file"),
+        Option(
+            "of --name: from 0 (whatever is nearest) to 1 (only what is almost the same; default: 0.5)",
+            "X",
+            values.share,
+        ),
+    ] = None
+    again: Annotated[
+        float | None,
+        Option("of --name: not confirmed again before so much time (default: 0)", "SECONDS", values.seconds),
+    ] = None
+    mirrored: Annotated[
+        bool | None,
+        Option(
+            "of --name or --pose: its mirror image is recognised and followed, too; of jab_left as jab_right"
+        ),
+    ] = None
+    facing: Annotated[
+        Literal["any", "as_shown"] | None,
+        Option("of all moves: recognised from any side, or only as they were shown (default: any)"),
+    ] = None
+    list: Annotated[
+        bool, Section("contents of the file"), Option("list the moves, and draw each example")
+    ] = False
+    undo: Annotated[bool, Option("take back the last example, of --name or of all moves")] = False
+    remove: Annotated[str | None, Option("remove a move or a pose", "NAME")] = None
+    speed: Annotated[SpeedOfReading, Section("")] = None
+    segmentation: BodySegmenting = BodySegmenting()
+    body: Body = Body()
+    people: People = People()
+    messages: Messages = Messages()
+
+    def reading(self) -> ReadOptions:
+        """Return how a recording is read."""
+        return self.body.reading(again=self.picture.force)
 
 
 def run(options: Options, console: Console) -> int:
@@ -168,7 +164,7 @@ def run(options: Options, console: Console) -> int:
     _check_places(options)
     if options.discover:
         return _discover(options, console)
-    if options.names or options.plot is not None:
+    if options.names or options.picture.plot is not None:
         raise UsageError("--names and --plot belong to --discover")
     if options.labels is not None:
         return _teach_labels(options, console)
@@ -387,9 +383,7 @@ def _teach_parts(
     """
     from mossar_tools.loaded_recording import load_recording
 
-    whole = load_recording(
-        msgspec.structs.replace(options, file=options.sources[0], begin=None, until=None)
-    ).held()
+    whole = load_recording(options.sources[0], options.reading(), people=options.people).held()
     if options.begin is not None or options.until is not None:
         whole = whole.part(options.begin, options.until)
     origin = whole.begin if from_first else 0.0
@@ -441,18 +435,21 @@ def _discover(options: Options, console: Console) -> int:
     from mossar_tools.palette import palette
 
     picture = Outputs.of(options).picture
-    whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
+    source = options.sources[0]
+    whole = load_recording(
+        source, options.reading(), people=options.people, begin=options.begin, until=options.until
+    )
     if options.names:
         # Errors of the file are reported before the search for kinds, which takes long.
         moves_for(options.file, whole.skeleton)
-    settings = options.settings(range="file")
+    settings = options.segmentation.settings(source, range="file")
     kinds, left_out = discover(whole, settings)
     for line in lines_of(kinds):
         console.line(line)
     if left_out:
         console.say(f"{left_out} movements were too short, too small, incomplete or too many to compare")
     if picture is not None:
-        draw_kinds(picture, whole, kinds, palette(dark=options.dark))
+        draw_kinds(picture, whole, kinds, palette(dark=options.picture.dark))
         console.say(
             f"drawn: {picture}"
             + (f" ({MOST_DRAWN} of {len(kinds)} kinds)" if len(kinds) > MOST_DRAWN else "")

@@ -1,19 +1,20 @@
 """`mossar tune`: for someone with too many or too few key frames."""
 
-import argparse
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_adapters.files.replacing import Draft
 from mossar_stream import Settings
 from mossar_tools.console import Console, progress_of
+from mossar_tools.declared import Option, Section, operand
 from mossar_tools.errors import DONE, UsageError
 from mossar_tools.loaded_recording import load_recording
-from mossar_tools.options import Options, add_body, add_messages, add_plot, add_settings
+from mossar_tools.options import Body, BodySegmenting, Messages, Picture
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
 from mossar_tools.settings_file import as_toml
@@ -35,37 +36,41 @@ EXAMPLES = """  mossar tune walk.bvh                                  how many k
 SHOWN = 12  # rows of the table
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument("file", metavar="RECORDING", help="a recording, or demo:")
-    group = parser.add_argument_group("target and output")
-    group.add_argument("--per-minute", metavar="N", type=positive, help="wanted key frames per minute")
-    group.add_argument(
-        "--labels",
-        metavar="FILE",
-        help="true cuts of the recording: .json, .eaf, .TextGrid, .txt (Audacity), .vtt, .tsv (BIDS), .csv, or a .c3d with events",
-    )
-    group.add_argument(
-        "--tier", metavar="NAME", help="tier of --labels with the cuts (default: segments LEVEL)"
-    )
-    group.add_argument("--save", metavar="FILE", help="write the settings to a file for --config")
-    add_plot(group)
-    add_settings(parser, body_only=True)
-    add_body(parser)
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    file: Annotated[str, operand("RECORDING", "a recording, or demo:")]
+    per_minute: Annotated[
+        float | None, Section("target and output"), Option("wanted key frames per minute", "N", positive)
+    ] = None
+    labels: Annotated[
+        str | None,
+        Option(
+            "true cuts of the recording: .json, .eaf, .TextGrid, .txt (Audacity), .vtt, .tsv (BIDS), .csv, or a .c3d with events",
+            "FILE",
+        ),
+    ] = None
+    tier: Annotated[
+        str | None, Option("tier of --labels with the cuts (default: segments LEVEL)", "NAME")
+    ] = None
+    save: Annotated[str | None, Option("write the settings to a file for --config", "FILE")] = None
+    picture: Picture = Picture()
+    segmentation: BodySegmenting = BodySegmenting()
+    body: Body = Body()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
-    settings = options.settings(range="file")
+    settings = options.segmentation.settings(options.file, range="file")
     if options.per_minute is not None and options.labels is not None:
         raise UsageError("--per-minute and --labels both choose; give one")
     if options.save is not None and options.per_minute is None and options.labels is None:
         raise UsageError("--save needs something to choose by: --per-minute N or --labels FILE")
-    if options.save is not None and Path(options.save).exists() and not options.force:
+    if options.save is not None and Path(options.save).exists() and not options.picture.force:
         raise UsageError(f"{options.save} is there already; --force replaces it")
     outputs = Outputs.of(options)
-    recording = load_recording(options)
+    recording = load_recording(options.file, options.body.reading(again=options.picture.force))
     truth = _truth(recording, settings, options)
     result = _segment(recording, settings, options)
     for line in _strengths(recording, result):
@@ -78,7 +83,7 @@ def run(options: Options, console: Console) -> int:
         from mossar_tools.plot import draw
 
         chosen = result.at(settings.level if strength is None else strength)
-        draw(outputs.picture, recording, result, chosen, palette(dark=options.dark))
+        draw(outputs.picture, recording, result, chosen, palette(dark=options.picture.dark))
         console.say(f"drawn: {outputs.picture}")
     return DONE
 
@@ -92,7 +97,7 @@ def _segment(recording: LoadedRecording, settings: Settings, options: Options) -
         recording.skeleton,
         settings,
         times=recording.times,
-        curves=options.plot is not None,
+        curves=options.picture.plot is not None,
         on_progress=progress_of(f"segmenting {recording.name}"),
     )
 

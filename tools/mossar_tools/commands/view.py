@@ -1,14 +1,16 @@
 """`mossar view`: the page for players and clients, and the dashboard."""
 
-import argparse
 import time
+from typing import Annotated
 
 import msgspec
 
 from mossar_adapters.address import parse_url
+from mossar_tools.commands.run import as_run
 from mossar_tools.console import Console
+from mossar_tools.declared import operand
 from mossar_tools.errors import UsageError
-from mossar_tools.options import Options, add_page, add_segmenting, add_speed, add_stream, which_source
+from mossar_tools.options import Body, Messages, PageOptions, People, Segmenting, Speed, Streaming
 
 DESCRIPTION = """Show a camera, or a sender with --follow, --moves or --repetitions, on a page for players and clients: a large
 picture, one count, one verdict, and the dashboard one click away. Else show the dashboard in a browser: the motion, the velocity curve with its key frames, the segments; move the
@@ -40,37 +42,42 @@ EXAMPLES = """  mossar view demo:                            the built-in perfor
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    parser.add_argument(
-        "sources", metavar="SOURCE", nargs="*", help="a URL, a recording, or -; several are possible"
-    )
-    add_page(parser)
-    add_speed(parser, "1")
-    add_stream(parser)
-    add_segmenting(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    sources: Annotated[
+        tuple[str, ...], operand("SOURCE", "a URL, a recording, or -; several are possible", "*")
+    ] = ()
+    page: PageOptions = PageOptions()
+    speed: Speed = None
+    streaming: Streaming = Streaming()
+    segmentation: Segmenting = Segmenting()
+    body: Body = Body()
+    people: People = People()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     if not options.sources:
-        raise UsageError(which_source("view", options))
-    options = msgspec.structs.replace(options, view=True, speed=options.speed or _speed(options))
+        from mossar_tools.opening import which_source
+
+        raise UsageError(which_source("view", options.page))
     if (
         len(options.sources) == 1
         and parse_url(options.sources[0]).scheme == "file"
-        and options.people is None
-        and not options.follow
-        and options.page != "player"
+        and options.people.people is None
+        and not options.streaming.follow
+        and options.page.page != "player"
     ):
-        return _play(msgspec.structs.replace(options, file=options.sources[0]), console)
+        return _play(options, console)
     from mossar_tools.player_page.opening import stream_with_page, wants_player_page
-
-    if wants_player_page(options):
-        return stream_with_page(options, console, page_only=True)[0]
     from mossar_tools.streaming import stream
 
-    return stream(options, console, page_only=True)[0]
+    streamed = as_run(options, view=True, speed=options.speed or _speed(options))
+    if wants_player_page(streamed):
+        return stream_with_page(streamed, console, page_only=True)[0]
+    return stream(streamed, console, page_only=True)[0]
 
 
 def _speed(options: Options) -> float | None:
@@ -90,15 +97,16 @@ def _play(options: Options, console: Console) -> int:
     from mossar_tools.signals import stopping
 
     needed("viser", "view", "the dashboard")
-    settings = options.settings(range="file")
-    parts = read_parts(options)
+    file, shown = options.sources[0], options.page
+    settings = options.segmentation.settings(file, range="file")
+    parts = read_parts(file, options.body.reading(again=options.streaming.force))
     console.status("segmenting ...", now=True)
     show = RecordedShow(parts, settings, speed)
     console.clear()
-    page = Page(show, options.port, dark=options.dark, host=options.host)
+    page = Page(show, shown.port, dark=shown.dark, host=shown.host)
     ended: list[bool] = []
     with stopping(lambda: ended.append(True)) as stop:
-        page.start(open_browser=not options.no_browser)
+        page.start(open_browser=not shown.no_browser)
         while not ended:
             time.sleep(0.1)
         page.close()

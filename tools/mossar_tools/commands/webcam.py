@@ -1,13 +1,13 @@
 """`mossar webcam`: the former name of `mossar view webcam:browser` and of `mossar adapters --get-model`."""
 
-import argparse
 from typing import Final
 
 import msgspec
 
-from mossar_tools.commands.adapters import add_get_model, get_model
+from mossar_tools.commands.adapters import GetModel, ModelName, get_model
+from mossar_tools.commands.run import as_run
 from mossar_tools.console import LOGGER, Console
-from mossar_tools.options import Options, add_body, add_messages, add_page, add_settings, add_stream
+from mossar_tools.options import Body, Messages, PageOptions, Segmenting, Streaming
 
 POINTER: Final = "mossar webcam is now: mossar view webcam:browser; this name stays for one more release"
 DESCRIPTION = """Show the page of mossar view webcam:browser, under its former name, which stays for one more release. The browser's camera is the
@@ -18,14 +18,16 @@ EXAMPLES = """  mossar webcam                                         opens the 
 """
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of this command."""
-    add_get_model(parser)
-    add_page(parser)
-    add_stream(parser)
-    add_settings(parser)
-    add_body(parser)
-    add_messages(parser)
+class Options(msgspec.Struct, frozen=True):
+    """The options of this command."""
+
+    get_model: GetModel = False
+    model: ModelName = None
+    page: PageOptions = PageOptions()
+    streaming: Streaming = Streaming()
+    segmentation: Segmenting = Segmenting()
+    body: Body = Body()
+    messages: Messages = Messages()
 
 
 def run(options: Options, console: Console) -> int:
@@ -34,7 +36,7 @@ def run(options: Options, console: Console) -> int:
 
     if options.get_model:
         LOGGER.warning("mossar webcam --get-model is now: %s; this name stays for one more release", GET)
-        return get_model(options, console)
+        return get_model(options.model, console)
     return _serve(options, options.model or USUAL, console)
 
 
@@ -43,5 +45,5 @@ def _serve(options: Options, model: str, console: Console) -> int:
     from mossar_tools.player_page.opening import stream_with_page
 
     LOGGER.warning("%s", POINTER)
-    options = msgspec.structs.replace(options, view=True, sources=(f"webcam:browser?model={model}",))
-    return stream_with_page(options, console, page_only=False)[0]
+    streamed = as_run(options, view=True, sources=(f"webcam:browser?model={model}",))
+    return stream_with_page(streamed, console, page_only=False)[0]

@@ -19,9 +19,8 @@ class Motion:
     def __init__(self, skeleton: Skeleton) -> None:
         self._root = skeleton.root
         self._speed = np.zeros(len(skeleton))  # (J,) m/s
-        self._last: tuple[float, NDArray[np.float32]] | None = (
-            None  # time, s, and pose relative to the centre
-        )
+        # Time, s, and pose relative to the centre.
+        self._last: tuple[float, NDArray[np.float32]] | None = None
 
     def take(self, time: float, pose: NDArray[np.float32]) -> None:
         """Add a pose, (J, 3) m."""

@@ -87,7 +87,8 @@ class Page:
         self._whole, self._place = gui.add_html(""), gui.add_html("")
         self._drawn = -1  # version of the whole recording
         self._rings = gui.add_html("")
-        self._pictures = [  # at the top of the panel, where all of it is in view
+        # At the top of the panel, where all of it is in view.
+        self._pictures = [
             (preview, gui.add_image(_NO_PICTURE, label="camera", format="jpeg"))
             for preview in getattr(show, "previews", ())
         ]

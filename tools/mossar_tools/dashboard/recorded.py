@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files import open_recording
 from mossar_adapters.files.loaded import LoadedRecording
+from mossar_adapters.files.options import ReadOptions
 from mossar_stream import LevelName, Result, Segmentation, Settings, segment_recording
 from mossar_tools.console import progress_of
 from mossar_tools.dashboard.glimpse import Body, Ghost, Glimpse
@@ -23,7 +24,6 @@ from mossar_tools.excerpt import excerpt
 from mossar_tools.figures import check_picture
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.marks import Chart, Mark, curve_columns, curve_of, marks_of, stretches_of
-from mossar_tools.options import Options
 from mossar_tools.palette import Palette
 
 MOST_PERFORMERS = 4  # shown
@@ -286,14 +286,14 @@ def _before(times: NDArray[np.float64], at: int) -> list[int]:
     return sorted({*range(at, first - 1, -max(1, (at - first) // 10)), at})
 
 
-def read_parts(options: Options) -> list[tuple[str, LoadedRecording]]:
-    """Return name and frames of each performer of the recording that `options.file` names.
+def read_parts(file: str, reading: ReadOptions) -> list[tuple[str, LoadedRecording]]:
+    """Return name and frames of each performer of a recording.
 
     Raises:
         MossarError: If it cannot be read.
     """
-    recording = open_recording(options.file, options.reading())
-    if len(recording.performers) < 2 or options.performer is not None:
-        return [(options.performer or recording.performers[0], load_recording(options))]
+    recording = open_recording(file, reading)
+    if len(recording.performers) < 2 or reading.performer is not None:
+        return [(reading.performer or recording.performers[0], load_recording(file, reading))]
     names = recording.performers[:MOST_PERFORMERS]
-    return [(name, load_recording(msgspec.structs.replace(options, performer=name))) for name in names]
+    return [(name, load_recording(file, msgspec.structs.replace(reading, performer=name))) for name in names]

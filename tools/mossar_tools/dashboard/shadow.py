@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 from mossar_stream import Example, Skeleton, joint_places
 from mossar_tools.dashboard.placement import Placement, Pose
 
-SETTLES = (
-    0.1  # share of a new heading that the shadow turns to at once, so that hips that shake do not shake it
-)
+# Share of a new heading that the shadow turns to at once, so that hips that shake do not shake it.
+SETTLES = 0.1
 REMEMBERED = 64  # examples whose poses are at hand
 
 Floats = NDArray[np.float64]
@@ -30,9 +29,8 @@ class Shadow:
         self._match = _matched(shown, streamed)  # (K,) joint of the performer, -1 for none
         self._order = _parents_first(shown)
         self._hips = [_hips(skeleton) for skeleton in (shown, streamed)]
-        self._across: Floats | None = (
-            None  # m, level, from the performer's right hip to the left one; smoothed
-        )
+        # m, level, from the performer's right hip to the left one; smoothed.
+        self._across: Floats | None = None
         there = {ours: k for k, ours in enumerate(self._match.tolist()) if ours >= 0}
         pairs = [(there.get(a, -1), there.get(b, -1)) for a, b in streamed.bones()]
         self._bones = np.array(pairs, np.intp).reshape(-1, 2)  # of the performer, joints of the examples

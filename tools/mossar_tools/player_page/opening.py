@@ -17,53 +17,56 @@ from mossar_tools.console import LOGGER, Console
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.errors import UsageError
 from mossar_tools.moves_file import EVERY
-from mossar_tools.options import Options
+from mossar_tools.options import PageOptions
 from mossar_tools.player_page.eye import Eye
 from mossar_tools.player_page.page import PlayerPage, Preview
 from mossar_tools.player_page.server import PlayerServer
 
 if TYPE_CHECKING:
+    from mossar_tools.commands.run import Options
     from mossar_tools.dashboard.page import Page
 
 CAMERA: Final = "webcam"
 _STUDIED: Final = {"file", "demo"}  # schemes that the dashboard shows unless --page player asks for this page
 
 
-def wants_player_page(options: Options) -> bool:
+def wants_player_page(options: "Options") -> bool:
     """Return whether a command shows the page for players: a camera, or a sender of which something is counted."""
-    if options.page is not None:
-        return options.page == "player"
+    if options.page.page is not None:
+        return options.page.page == "player"
     schemes = {parse_url(url).scheme for url in options.sources}
     if CAMERA in schemes:
         return True
-    counts = bool(options.follow or options.moves or options.repetitions)
-    return counts and not schemes & _STUDIED
+    return _counts(options) and not schemes & _STUDIED
 
 
-def wanted_names(options: Options) -> Sequence[str]:
+def _counts(options: "Options") -> bool:
+    return bool(options.streaming.follow or options.streaming.moves or options.segmentation.repetitions)
+
+
+def wanted_names(options: "Options") -> Sequence[str]:
     """Return the moves to follow once they are taught: all of them, where the user names neither a file nor moves."""
-    if options.follow or options.moves or options.repetitions:
-        return options.follow
-    return (EVERY,)
+    return options.streaming.follow if _counts(options) else (EVERY,)
 
 
-def stream_with_page(options: Options, console: Console, *, page_only: bool) -> tuple[int, list[str]]:
+def stream_with_page(options: "Options", console: Console, *, page_only: bool) -> tuple[int, list[str]]:
     """Stream with the page for players until the user has seen enough; see `stream`."""
     from mossar_tools.streaming import stream
 
-    eye = _eye_of(options)
+    eye, page = _eye_of(options), options.page
     cameras = [url for url in options.sources if parse_url(url).scheme == CAMERA]
     with contextlib.closing(
-        PlayerServer(options.port, options.host, eye=eye, dark=options.dark, mirrored=bool(cameras))
+        PlayerServer(page.port, page.host, eye=eye, dark=page.dark, mirrored=bool(cameras))
     ) as server:
         if eye is not None:
-            options = msgspec.structs.replace(
-                options, sources=(eye.source(server.port),), set={**DEFAULTS, **options.set}
-            )
+            chosen = {**DEFAULTS, **options.segmentation.set}
+            segmentation = msgspec.structs.replace(options.segmentation, set=chosen)
+            sources = (eye.source(server.port),)
+            options = msgspec.structs.replace(options, sources=sources, segmentation=segmentation)
         return stream(options, console, page_only=page_only, server=server)
 
 
-def pictures_of(sources: Sequence[Source], options: Options) -> list[Preview]:
+def pictures_of(sources: Sequence[Source], options: "Options") -> list[Preview]:
     """Have the cameras among sources keep their latest pictures, unless `?picture=no`, and return what returns them."""
     for source, url in zip(sources, options.sources, strict=True):
         keeper = offered(source, KeepsPictures)
@@ -75,7 +78,7 @@ def pictures_of(sources: Sequence[Source], options: Options) -> list[Preview]:
 def open_player_page(
     server: PlayerServer,
     show: LiveShow,
-    options: Options,
+    options: "Options",
     pictures: Sequence[Preview],
     opened: contextlib.ExitStack,
 ) -> None:
@@ -84,7 +87,7 @@ def open_player_page(
     Args:
         server: Of the page.
         show: The show to draw.
-        options: The user's options.
+        options: As of `mossar run`.
         pictures: Return the latest picture of each camera of this computer.
         opened: Closes the page and the dashboard.
     """
@@ -94,14 +97,14 @@ def open_player_page(
         show,
         preview=next(iter(pictures), None),
         model=next(iter(models), ""),
-        open_dashboard=_dashboard_of(server, show, options, opened) if installed("viser") else None,
+        open_dashboard=_dashboard_of(server, show, options.page, opened) if installed("viser") else None,
     )
     opened.callback(page.close)
-    page.start(open_browser=not options.no_browser)
+    page.start(open_browser=not options.page.no_browser)
 
 
 def _dashboard_of(
-    server: PlayerServer, show: LiveShow, options: Options, opened: contextlib.ExitStack
+    server: PlayerServer, show: LiveShow, options: PageOptions, opened: contextlib.ExitStack
 ) -> Callable[[], int]:
     """Return what opens the dashboard when it is first asked for, and returns its port."""
     pages: list[Page] = []
@@ -120,7 +123,7 @@ def _dashboard_of(
     return port
 
 
-def _eye_of(options: Options) -> Eye | None:
+def _eye_of(options: "Options") -> Eye | None:
     """Return the browser's camera, if that is the sensor: asked for, or this computer gives no other to programs."""
     addresses = [parse_url(url) for url in options.sources]
     asked = [address for address in addresses if address.scheme == CAMERA and address.path == BROWSER]

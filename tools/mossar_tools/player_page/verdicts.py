@@ -10,9 +10,8 @@ from mossar_tools.player_page.outline import Outline, outline_of
 
 OFF: Final = 15.0  # degrees of the part that strays most, from which the verdict names it
 _ENOUGH: Final = 5  # poses that were compared, before a part is named
-_JUDGED: Final = (
-    0.3  # progress from which a performance is judged while it is made; many that begin at rest end before
-)
+# Progress from which a performance is judged while it is made; many that begin at rest end before.
+_JUDGED: Final = 0.3
 
 
 class Verdict(msgspec.Struct, frozen=True):

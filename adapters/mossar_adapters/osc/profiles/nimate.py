@@ -41,9 +41,8 @@ class NiMate:
         self._joints = SingleJoints(
             context, isotropic(lambda tall: guessed_scale(context.options, tall)), openni_parents
         )
-        self._numbers: Newest[str, set[str]] = Newest(
-            MAX_SENDERS
-        )  # plain, and 1, of each sender that has them
+        # Plain, and 1, of each sender that has them.
+        self._numbers: Newest[str, set[str]] = Newest(MAX_SENDERS)
         self.idle = self._joints.idle
         self.pending = self._joints.pending
 

@@ -12,7 +12,8 @@ from mossar_adapters.osc.profiles.osceleton import Osceleton
 from mossar_adapters.osc.profiles.profile import Context, Items, Message, Profile
 from mossar_adapters.osc.profiles.vmc import Vmc
 
-PROFILES: dict[str, Callable[[Context], Profile]] = {  # `auto` asks them in this order
+# In the order in which `auto` asks them.
+PROFILES: dict[str, Callable[[Context], Profile]] = {
     "mossar": Mossar,
     "vmc": Vmc,
     "osceleton": Osceleton,
