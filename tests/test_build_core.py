@@ -25,7 +25,9 @@ def test_without_a_compiler_there_is_none(monkeypatch):
 def test_a_missing_compiler_is_one_line(monkeypatch):
     monkeypatch.setattr("build_core.compiler.configured", lambda: None)
     monkeypatch.setitem(sys.modules, "ziglang", None)
-    with pytest.raises(SystemExit, match="There is no C compiler: install gcc or clang, or `pip install 'ziglang"):
+    with pytest.raises(
+        SystemExit, match="There is no C compiler: install gcc or clang, or `pip install 'ziglang"
+    ):
         commands()
 
 
