@@ -11,7 +11,8 @@ _SPAN = re.compile(r"(?:(\d{1,6})\s*days?\s*,?\s*)?(\d{1,4}):(\d{1,2}):(\d{1,2}(
 LONGEST = 64  # characters
 # Dates in ticks of 100 ns, from about 1980 to 2100: since the year 1 (.NET) and since 1601 (Windows).
 _TICKS = ((6.24e17, 6.63e17), (1.19e17, 1.58e17))
-_USUAL_STEPS = ((1.0, 1e-4, 2.0), (1e-3, 2.0, 1500.0), (1e-6, 1500.0, 1.5e6), (1e-9, 1.5e6, 1.5e10))
+# Seconds per unit, its name, and the steps that are taken for it: below each, and not below the one before.
+_USUAL_STEPS = ((1.0, "s", 2.0), (1e-3, "ms", 1500.0), (1e-6, "µs", 1.2e5), (1e-7, "100 ns", 1.5e6), (1e-9, "ns", 1.5e10))
 
 
 def seconds(cell: str) -> float:
@@ -41,7 +42,7 @@ def seconds(cell: str) -> float:
 def unit_of_steps(times: Sequence[float] | NDArray[np.float64]) -> tuple[float, str]:
     """Return the unit of plain time stamps, judged by their steps: frames come 1 to 10000 times a second.
 
-    Dates in ticks of 100 ns are known by their size.
+    Ticks of 100 ns are known as dates by their size, else at 7 to 83 Hz.
 
     Returns:
         Seconds per unit, and its name.
@@ -56,7 +57,6 @@ def unit_of_steps(times: Sequence[float] | NDArray[np.float64]) -> tuple[float, 
     steps = np.diff(given)
     steps = steps[np.isfinite(steps) & (steps > 0)]
     step = float(np.median(steps)) if len(steps) else 0.0
-    for (unit, low, high), name in zip(_USUAL_STEPS, ("s", "ms", "µs", "ns"), strict=True):
-        if low <= step < high:
-            return unit, name
-    return 1.0, "s"
+    if step < 1e-4:
+        return 1.0, "s"
+    return next(((unit, name) for unit, name, high in _USUAL_STEPS if step < high), (1.0, "s"))

@@ -45,7 +45,7 @@ _FASTER: Final = 4.0  # times the arrivals: replays up to this speed look right
 _CREEP: Final = 0.004  # s; a step below it that is also a tenth of the arrivals' hardly moves
 _NO_SECONDS: Final = 1e11  # later than any date: Unix time in ms has 12 digits or more before the point
 _TOGETHER: Final = 1e-3  # s; frames that come in less were kept somewhere: their arrivals say nothing
-UNITS: Final = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
+UNITS: Final = {"milliseconds": 1e-3, "microseconds": 1e-6, "ticks of 100 ns": 1e-7, "nanoseconds": 1e-9}
 _RATES: Final = (5.0, 250.0)  # Hz of senders of poses
 _SPANS: Final = 2  # in a row, of half a second, in which the rates differ
 _FRAMES: Final = 6  # in a span, for a rate
@@ -326,16 +326,15 @@ class SenderClock(Generic[Kept]):
 
 def _unit_of_steps(step: float, passed: float) -> str | None:
     """Return the unit of times with such steps while so much passed from frame to frame, s; None if it is none."""
-    for name, unit in UNITS.items():
-        if passed >= _TOGETHER:
-            if 1 / 3 < step * unit / passed < 3:
-                return name
-        elif _RATES[0] <= 1 / (step * unit) <= _RATES[1]:
-            return name
-    return None
+    if passed >= _TOGETHER:
+        return next((name for name, unit in UNITS.items() if 1 / 3 < step * unit / passed < 3), None)
+    rates = {name: 1 / (step * unit) for name, unit in UNITS.items()}
+    likely = [name for name, rate in rates.items() if _RATES[0] <= rate <= _RATES[1]]
+    return min(likely, key=lambda name: abs(np.log(rates[name] / USUAL_RATE)), default=None)
 
 
 def _unit_of_date(sent: float) -> str:
     """Return the unit in which a time that cannot be seconds is a date."""
     digits = np.log10(abs(sent))
-    return "milliseconds" if digits < 14 else "microseconds" if digits < 17 else "nanoseconds"
+    limits = {"milliseconds": 14, "microseconds": 17, "ticks of 100 ns": 18}
+    return next((name for name, limit in limits.items() if digits < limit), "nanoseconds")

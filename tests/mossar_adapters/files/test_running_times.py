@@ -125,6 +125,14 @@ def test_dates_in_ticks_of_100_ns_are_read(tmp_path, form, since):
     assert "times taken as 100 ns" in open_recording(path).notes
 
 
+@pytest.mark.parametrize("form", ["csv", "maps", "npz", "poses"])
+@pytest.mark.parametrize("fps", [15, 30, 60])
+def test_ticks_of_100_ns_since_the_start_are_read(tmp_path, form, fps):
+    path = written(tmp_path, form, [round(k / fps * 1e7) for k in range(COUNT)], moving())
+    assert np.diff(read(path).times) == pytest.approx(1 / fps, abs=2e-7)
+    assert "times taken as 100 ns" in open_recording(path).notes
+
+
 def test_poses_whose_clock_was_set_back_are_counted_at_the_rate_of_its_steps(tmp_path):
     path = written(tmp_path, "poses", [k % 200 / 60 for k in range(COUNT)], moving())
     assert np.diff(read(path).times) == pytest.approx(1 / 60)

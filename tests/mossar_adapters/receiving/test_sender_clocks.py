@@ -33,6 +33,8 @@ OTHER_UNITS = {
     "ns": lambda t: t * 1e9,
     "unix_ms": lambda t: 1.7e12 + t * 1e3,
     "unix_ns": lambda t: 1.7e18 + t * 1e9,
+    "ticks": lambda t: t * 1e7,
+    "ticks_of_dates": lambda t: 6.385e17 + t * 1e7,
 }
 RUNNING = {
     "seconds": lambda t: t,
