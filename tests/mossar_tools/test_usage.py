@@ -245,8 +245,9 @@ def test_a_run_in_which_nobody_can_be_followed_is_wrong_usage(mossar, tmp_path):
 
 def test_what_is_left_out_of_a_recording_is_said(mossar, tmp_path):
     nobody = save(tmp_path / "nobody.npz", 60, 3, np.full((60, 3, 3), np.nan))
-    status, _, err = mossar("segment", nobody, "--unit", "m")
+    status, out, err = mossar("segment", nobody, "--unit", "m")
     assert status == 0
+    assert "1 segment, no key frames (level motion):" in out
     assert "no performer: every joint is missing" in err
     late = save(tmp_path / "late.npz", 60, 3)
     with np.load(late) as archive:

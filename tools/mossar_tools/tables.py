@@ -107,7 +107,8 @@ def _of_level(result: Result, chosen: Segmentation, keep: int | None) -> str:
     level = result.settings.level
     where = f"level {level}" if isinstance(level, str) else f"strength {level:g}"
     how = "--keep" if keep is not None else where
-    return f"{counted(len(chosen.segments), 'segment')}, divided by {strongest(kept, known)} ({how}):"
+    divided = f"divided by {strongest(kept, known)}" if known else "no key frames"
+    return f"{counted(len(chosen.segments), 'segment')}, {divided} ({how}):"
 
 
 def _segment_lines(chosen: Segmentation, zero: float, console: Console) -> Iterator[str]:
