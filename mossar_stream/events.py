@@ -46,7 +46,7 @@ MOVE_STATUSES: tuple[MoveStatus, ...] = get_args(MoveStatus)
 SEGMENT_STATES: tuple[SegmentState, ...] = get_args(SegmentState)
 
 
-# `omit_defaults` leaves out what has its default, as `channel` and `limb` should be; what a factory makes is always sent.
+# `omit_defaults` leaves out fields with their default, such as `channel` and `limb`; a value from a factory is always sent.
 _ALWAYS_SENT: int = msgspec.field(default_factory=lambda: SCHEMA_VERSION)
 SENT_AS_NONE: float | None = msgspec.field(default_factory=lambda: None)
 

@@ -21,7 +21,7 @@ LEAST_SPEED = 0.015  # m/s, mean over the joints at the peak: slower is no movem
 PAUSE = 0.5  # s, of rest that a move may have inside
 UNIT = 1e-4  # m, to which positions are rounded
 MAX_MOVE_NAME = 64
-NUMBERS = (float, int, np.floating, np.integer)  # what a rate may be
+NUMBERS = (float, int, np.floating, np.integer)  # types of a rate
 
 Coordinate = Annotated[int, msgspec.Meta(ge=-round(MAX_DISTANCE / UNIT), le=round(MAX_DISTANCE / UNIT))]
 
@@ -49,7 +49,7 @@ class Example(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
         return (np.array(self.positions, np.float64) * UNIT).astype(np.float32).reshape(-1, joints, 3)
 
     def seconds(self, joints: int) -> float:
-        """Return how long the movement takes, s."""
+        """Return the duration of the movement, s."""
         return (len(self.positions) // (3 * joints) - 1) / self.fps
 
     def shown(self, joints: int) -> tuple[NDArray[np.float32], float]:

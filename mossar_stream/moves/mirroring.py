@@ -1,4 +1,4 @@
-"""Mirroring: an example as the other side would make it."""
+"""Mirroring: an example with left and right exchanged."""
 
 import re
 from typing import NamedTuple

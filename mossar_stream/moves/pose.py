@@ -1,4 +1,4 @@
-"""One pose that is held: where the joints are, averaged over the last part at rest of the frames."""
+"""One held pose: the positions of the joints, averaged over the last part at rest of the frames."""
 
 from typing import Annotated, Any
 
@@ -21,8 +21,8 @@ from mossar_stream.moves.example import (
 from mossar_stream.skeleton import Skeleton
 
 MOST_HOLD = 3600.0  # s
-LEAST_REST = 0.4  # s, of what is a pose in something that was shown
-MOST_STRAY = 0.03  # m, rms over joints: so near to each other are the frames of a pose
+LEAST_REST = 0.4  # s, of a pose in a recording
+MOST_STRAY = 0.03  # m, rms over joints: largest distance of a pose's frames from their mean
 
 
 class Pose(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -106,5 +106,5 @@ def _last_rest(placed: NDArray[np.float64], least: int) -> tuple[int, int]:
 
 
 def _stray(frames: NDArray[np.float64], middle: NDArray[np.float64]) -> float:
-    """Return how far frames are from a pose at most, rms over joints, m."""
+    """Return the largest distance of frames from a pose, rms over joints, m."""
     return float(np.sqrt(((frames - middle) ** 2).sum(axis=2).mean(axis=1)).max())

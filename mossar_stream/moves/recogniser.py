@@ -27,7 +27,7 @@ def memory_of(memory: NDArray[np.uint8], joints: int, moves: int) -> dict[str, N
 
 
 def new_memory(joints: int, moves: int) -> NDArray[np.uint8]:
-    """Return the memory of a performer who has not been seen; see `memory_of`."""
+    """Return the memory of a new performer; see `memory_of`."""
     memory = np.zeros(move_memory_bytes(joints, moves), np.uint8)
     parts = memory_of(memory, joints, moves)
     state = parts["state"][0]

@@ -1,8 +1,8 @@
 """Followers: readers of a performer's frames besides the segmentation of the body. All are off by default.
 
 Limbs have rows of their own; moves, moves that are followed, held poses, and steps are readers; the phase is reported for
-every frame. A segmenter that is to have others gets another record of these: what is known so far stays as it is, so that
-nothing is half changed when an exception comes.
+every frame. A change gives a segmenter a new record of these and leaves the old one as it is, so that an exception leaves
+no half change.
 """
 
 from typing import NamedTuple
@@ -29,7 +29,7 @@ class Followers(NamedTuple):
         alignment: Their alignment.
         holding: The recognition of held poses.
         stepping: Steps.
-        kept: What events are numbered on from, of what was taken away in take `kept_take`.
+        kept: Numbers of the last events of the readers that were removed in take `kept_take`; numbering continues from them.
     """
 
     recognition: Recognition | None = None
@@ -150,7 +150,7 @@ def followers_of(
     followed: Follow,
     alignment: Alignment | None,
 ) -> Followers:
-    """Return the readers of a performer who has not been seen.
+    """Return the readers of a new performer.
 
     Args:
         plan: Of the body.

@@ -8,12 +8,12 @@ from mossar_stream.events import BODY
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.settings import LevelName, Settings
 
-# A limb's take opens and ends with the body's. Limbs process the frames that the body processes, after it, and are not asked
-# about those that come too soon for it. Their events are added to what is pending of the body.
+# A limb's take opens and ends with the body's. Limbs process the same frames as the body, after it,
+# without those that come too soon for it. Their events are appended to the pending ones of the body.
 
 
 def settings_of_limbs(settings: Settings) -> Settings:
-    """Return the settings by which limbs are segmented, given those of the body."""
+    """Return the settings of limbs, given those of the body."""
     return settings.replace(limbs=False, phase=False, steps=False, center="root")
 
 
@@ -39,7 +39,7 @@ def new_limbs(plan: Plan, performer: str) -> tuple[Channel, ...]:
 
 
 def joints_of_limbs(plan: Plan) -> tuple[tuple[int, ...], ...]:
-    """Return of each limb which joints of the performer it has."""
+    """Return the joints of each limb, as indices of the performer's."""
     return tuple(limb.joints for limb in groups_of(plan.skeleton, plan.user_settings.limbs))
 
 
@@ -54,7 +54,7 @@ def restored_limbs(plan: Plan, performer: str, blobs: tuple[bytes, ...]) -> tupl
     """Return the limbs of a snapshot, one for each that the plan of the body calls for.
 
     Raises:
-        SnapshotError: If they are damaged or not those of these limbs.
+        SnapshotError: If they are damaged, or belong to other limbs.
     """
     plans = plans_of_limbs(plan)
     if plans and len(blobs) != len(plans):

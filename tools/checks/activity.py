@@ -101,7 +101,7 @@ def bouts_of_performer(seed: int, seconds: float) -> tuple[Skeleton, Frames, lis
 
 
 def is_exact(bout: Bout, reported: Reported) -> bool:
-    """Tell whether exactly one `moving` and one `resting` were reported of a bout."""
+    """Return whether exactly one `moving` and one `resting` were reported of a bout."""
     states = [e.state for e in reported.events if bout.begin - AROUND <= e.start <= bout.end + AROUND]
     return states == ["moving", "resting"]
 

@@ -160,12 +160,12 @@ def led(session: Session) -> list[bool | None]:
 
 
 def is_at(state: FollowState | None) -> bool:
-    """Tell whether a move has come to the progress at which it is judged."""
+    """Return whether a move has come to the progress at which it is judged."""
     return state is not None and state.progress >= PLACE
 
 
 def leads(states: Mapping[str, FollowState | None], move: str) -> bool:
-    """Tell whether a move is the one that is most likely being made."""
+    """Return whether a move is the one that is most likely being made."""
     return max(states, key=lambda name: state.certainty if (state := states[name]) else -1.0) == move
 
 

@@ -130,7 +130,7 @@ def _signal_again(number: int) -> None:
 
 
 def _is_delicate(frame: FrameType | None) -> bool:
-    """Tell whether an exception in a frame could be lost, or harm a library that calls it."""
+    """Return whether an exception in a frame could be lost, or harm a library that calls it."""
     while frame is not None:
         module = frame.f_globals.get("__name__") or ""
         name = frame.f_code.co_name

@@ -92,7 +92,7 @@ cdef void find_twins(const Block* block, Twins* twins) noexcept nogil:
 
 
 cdef bint _are_twins(const Block* block, int64_t u, int64_t v) noexcept nogil:
-    """Tell whether two vertices have equal weights and equal edges to all others."""
+    """Return whether two vertices have equal weights and equal edges to all others."""
     cdef int64_t w, n = block.count
     if (block.near[u] & ~bit(v)) != (block.near[v] & ~bit(u)):
         return False

@@ -12,7 +12,7 @@ states lie in an open-addressing hash table whose size is a power of two.
 
 cdef enum:
     FRONTIER_SLOTS = 13  # four bits each, and two for the number of ends, in one state
-    # What a slot of the frontier says of its vertex.
+    # Codes of a vertex in a slot of the frontier.
     UNUSED = 0  # on no path yet
     INNER = 1  # both its edges are chosen
     LOOSE = 2  # one tip of a piece whose other tip is a settled end of the path
@@ -238,12 +238,12 @@ cdef bint _settle(
 
 
 cdef inline int64_t _code(uint64_t key, int64_t slot) noexcept nogil:
-    """Return what a state says of a slot."""
+    """Return the code of a slot in a state."""
     return key >> 4 * slot & CODE
 
 
 cdef inline int64_t _mate(int64_t code) noexcept nogil:
-    """Return the other tip of a piece, given what one tip's slot says."""
+    """Return the other tip of a piece, given the code of one tip's slot."""
     return SETTLED_END if code == LOOSE else code - FIRST_MATE
 
 
@@ -283,7 +283,7 @@ cdef void _extend(
 cdef void _join(
     States* after, BlockSum* complete, uint64_t key, int64_t tip, int64_t other, double x, double slope
 ) noexcept nogil:
-    """Let a piece reach from one tip to another.
+    """Join a piece between two tips.
 
     Tips are slots or SETTLED_END; a piece with two settled ends is a complete path and counted.
 

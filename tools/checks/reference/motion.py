@@ -294,7 +294,7 @@ def _period_at(counted: Array, time: float) -> float:
 
 
 def _is_even(counted: Array, place: int) -> bool:
-    """Tell whether all periods of a repetition's bout are alike."""
+    """Return whether all periods of a repetition's bout are alike."""
     bouts = np.cumsum(counted[:, 3] == 1)
     periods = counted[bouts == bouts[place], 2]
     return bool(periods.max() <= LONGEST_RATIO * periods.min() + MARGIN)

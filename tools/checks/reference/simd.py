@@ -58,7 +58,7 @@ def weighted_sums(goal: NDArray[Any], weights: NDArray[Any], lines: NDArray[Any]
 
 
 def page_within(page: NDArray[Any], line: int, limit: float) -> bool:
-    """Tell whether a line of a page has no number above `limit`, and none that is NaN."""
+    """Return whether a line of a page has no number above `limit`, and none that is NaN."""
     most = np.float32(limit)
     return all(page[line + j] <= most for j in range(WIDTH))
 

@@ -95,7 +95,7 @@ def _port_of(client: socket.socket) -> int:
 
 
 def _is_over(client: socket.socket) -> bool:
-    """Tell whether a connection was ended by its server; close it then."""
+    """Return whether a connection was ended by its server; close it then."""
     client.setblocking(False)
     try:
         over = client.recv(1) == b""
@@ -109,7 +109,7 @@ def _is_over(client: socket.socket) -> bool:
 
 
 def is_answered(port: int) -> bool:
-    """Tell whether a server of metrics answers a request, however many idle clients stay connected."""
+    """Return whether a server of metrics answers a request, however many idle clients stay connected."""
     try:
         asking = http.client.HTTPConnection("127.0.0.1", port, timeout=5.0)
         asking.request("GET", "/metrics")

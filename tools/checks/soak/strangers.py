@@ -31,5 +31,5 @@ def meta(name: str) -> Meta:
 
 
 def is_of_a_stranger(event: Event) -> bool:
-    """Tell whether an event is about one of them: no events are predicted for those."""
+    """Return whether an event is about one of them: no events are predicted for those."""
     return event.performer.startswith(_BEGINNING)

@@ -8,7 +8,7 @@ from mossar_stream import LEVEL_NAMES, LevelName, Settings
 
 
 def needs_other_bundle(settings: Settings, level: LevelName | float) -> bool:
-    """Tell whether a level is of other features than those of the settings.
+    """Return whether a level is of other features than those of the settings.
 
     Example:
         >>> needs_other_bundle(Settings(), "cluster"), needs_other_bundle(Settings(), 0.5)

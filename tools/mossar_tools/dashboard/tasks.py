@@ -36,7 +36,7 @@ class Tasks:
         return self._thread.submit(self._carry_out_latest, key)
 
     def waits(self, key: object) -> bool:
-        """Tell whether something asked for under this key has not begun."""
+        """Return whether something asked for under this key has not begun."""
         return key in self._latest
 
     def close(self) -> None:
