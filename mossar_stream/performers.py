@@ -107,9 +107,7 @@ class Performers:
         # In the order in which they were last used.
         self._segmenters: OrderedDict[str, Segmenter] = OrderedDict()
         self._absent: dict[str, _Absent] = {}  # in the order in which they left
-        self._first_take = (
-            0  # of newcomers: after all takes of forgotten performers, so that ids stay unique
-        )
+        self._first_take = 0  # of newcomers: after all takes of forgotten performers, so that ids stay unique
 
     def __contains__(self, performer: str) -> bool:
         return performer in self._segmenters
