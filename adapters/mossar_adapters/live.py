@@ -18,7 +18,7 @@ _log = logging.getLogger("mossar.source")
 
 
 class Counters(msgspec.Struct):
-    """What came in since the source was opened; for the stats and for the explanation of silence.
+    """Counters of a source since it was opened; for the stats and for the explanation of silence.
 
     Args:
         received: Datagrams (OSC) or messages (ZeroMQ, LSL, standard input).
@@ -57,13 +57,13 @@ class Counters(msgspec.Struct):
 
 
 class Skipped:
-    """What a source discards because it came before the program was ready.
+    """Items that a source discards because they came before the program was ready.
 
     Args:
         counters: Of the source, where the frames are counted.
 
     Attributes:
-        kept: What else came, the latest of it.
+        kept: The latest of the other items.
     """
 
     def __init__(self, counters: Counters) -> None:

@@ -233,12 +233,12 @@ class LslSink:
     def close(self) -> None:
         """Close the outlet. May be called twice."""
         if self._outlet is not None:
-            time.sleep(0.05)  # LSL sends from a thread of its own and drops what is left
+            time.sleep(0.05)  # LSL sends from a thread of its own and drops unsent samples
             self._outlet = None
 
 
 def _columns(name: str, description: Any) -> tuple[Columns, str]:
-    """Return where the joints stand in a sample, and the unit."""
+    """Return the places of the joints in a sample, and the unit."""
     count = description.channel_count()
     channels: list[dict[str, list[str]]] = []
     channel = description.desc().child("channels").child("channel")

@@ -61,14 +61,14 @@ class Occupant(msgspec.Struct, frozen=True):
     another: bool = False
 
 
-Item = Meta | Frames | Departure | Occupant | None  # what a source yields
+Item = Meta | Frames | Departure | Occupant | None  # of a source
 
 
 class Source(Protocol):
     """Frames from a file, a socket or a sensor.
 
     A live source yields None when nothing came for about a tenth of a second, so that its reader notices a stall or a
-    request to stop. `abilities.py` has what a source may offer besides.
+    request to stop. `abilities.py` has the optional methods of a source.
     """
 
     name: str  # the URL or path, for messages

@@ -23,7 +23,7 @@ from mossar_adapters.source import Source
 from mossar_stream import SettingsError
 
 Speed = float | Literal["max"]
-# Schemes whose senders say what a joint is and in which unit; cameras and the built-in performer are our own.
+# Schemes whose senders choose joints and units; cameras and the built-in performer are our own.
 _DESCRIBED_BY_SENDERS = frozenset(
     ["-", "osc", "osc.udp", "zmq", "zmq+bind", "ipc", "ipc+bind", "zmq+ipc", "zmq+bind+ipc", "ws+bind", "lsl"]
 )
@@ -154,14 +154,14 @@ def open_frame_sink(url: str, *, force: bool = False, position: int | None = Non
     return sink
 
 
-_LIKE = {  # what people type for schemes
+_LIKE = {  # likely mistakes for schemes
     "udp": ("osc",),
     "tcp": ("zmq",),
     "http": ("ws+bind", "ws"),
     "https": ("ws+bind", "ws"),
     "camera": ("webcam",),
 }
-_INSTEAD = {  # what does what was asked for
+_INSTEAD = {  # the option or command for a misplaced scheme
     ("ws", "source"): "; ws+bind:// listens for senders",
     ("ws", "frame_sink"): "; osc:// and zmq+bind:// do",
 }
@@ -169,7 +169,7 @@ _CANNOT = {"source": "cannot be read from", "sink": "takes no events", "frame_si
 
 
 def _opened(url: str, use: str) -> tuple[Address, Callable[[Address, OpenOptions], Any]]:
-    """Return the address, and what opens it for a use."""
+    """Return the address, and the function that opens it for a use."""
     address = parse_url(url)
     for scheme in SCHEMES:
         if address.scheme in scheme.names:
@@ -204,10 +204,10 @@ def _merged(options: ReadOptions, address: Address) -> ReadOptions:
 
 
 def _opener(place: str, *names: str) -> Callable[[Address, OpenOptions], Any]:
-    """Return what opens a source or sink whose module is imported only then.
+    """Return a function that opens a source or sink, and imports its module only then.
 
     Args:
-        place: `MODULE:NAME` below `mossar_adapters`; what it names takes the address.
+        place: `MODULE:NAME` below `mossar_adapters`, a function of the address.
         names: Fields of `OpenOptions` that it takes besides, as keywords.
     """
     module, _, name = place.partition(":")

@@ -41,7 +41,7 @@ class WebSocketServer:
     Args:
         address: `HOST:PORT` and the option `origin`. Port 0 takes a free one.
         serve: Called on the server's thread for each client; when it returns, the connection is closed.
-        drain: Called on it before the connections are closed; what is to be waited for, for a moment.
+        drain: Called on it before the connections are closed; the server waits for it for a moment.
         max_in: Bytes of the longest message that clients may send.
         answer: Called with each request; returns an answer that is no WebSocket, such as a page or a refusal, or None to let
             the client in. By default it refuses pages by the option `origin`.
@@ -125,7 +125,7 @@ class WebSocketServer:
             self._loop.close()
 
     def _leave(self) -> None:
-        """End what still waits for clients."""
+        """End the tasks that still wait for clients."""
         waiting = asyncio.all_tasks(self._loop)
         for task in waiting:
             task.cancel()
@@ -221,7 +221,7 @@ def is_allowed(origin: str, named: str | None) -> bool:
     """Return whether a page may connect.
 
     Args:
-        origin: What the browser says: scheme and host of the page, `null` for files.
+        origin: The browser's header: scheme and host of the page, `null` for files.
         named: Pages that the user named, separated by commas; None if none were.
 
     Example:

@@ -125,7 +125,7 @@ def _read_textgrid(path: Path) -> list[Tier]:
 
 
 def _praat_codec(path: Path) -> str:
-    """Return how a TextGrid is encoded: Praat writes UTF-16 where a label is not ASCII."""
+    """Return the encoding of a TextGrid: Praat writes UTF-16 where a label is not ASCII."""
     with path.open("rb") as file:
         mark = file.read(3)
     if mark[:2] in (codecs.BOM_UTF16_BE, codecs.BOM_UTF16_LE):

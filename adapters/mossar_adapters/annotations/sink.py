@@ -40,7 +40,7 @@ class AnnotationSink:
     """Keeps final results and writes them to an annotation file at the end; implements `Sink`.
 
     With several performers their names stand before those of the tiers. A run that goes on from a snapshot writes
-    what came after it.
+    only later events.
 
     Args:
         address: A path; its suffix says for which program, see `write_annotations`.

@@ -35,6 +35,6 @@ def change(script: Script, goal: Floats, seconds: float) -> None:
 
 
 def _distance(before: dict[str, float], after: dict[str, float], side: str) -> float:
-    """Return how far a foot moves, m."""
+    """Return the distance that a foot moves, m."""
     names = [f"{side}_{axis}" for axis in "xyz"]
     return math.dist([before[name] for name in names], [after[name] for name in names])

@@ -11,7 +11,7 @@ _PLACES = tuple((CHANNEL[f"{part}_x"], CHANNEL[f"{part}_z"]) for part in ("hips"
 
 
 class Stance(msgspec.Struct, frozen=True):
-    """Where the performer stands at ease.
+    """Place and posture of the performer at ease.
 
     Args:
         x: Metres, the point of the floor below the hips.

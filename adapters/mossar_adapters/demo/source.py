@@ -21,7 +21,7 @@ SPACING: Final = 2.0  # m between neighbouring performers
 _CHUNK: Final = 1 / 30  # s of frames in a chunk
 _IDLE: Final = 0.1  # s without frames after which a live source says so
 
-# URL options: how their text is read, and what is legal in words.
+# URL options: the parser of their text, and a description of legal values.
 _OPTIONS: Final[dict[str, tuple[Callable[[str], Any], str]]] = {
     "seed": (int, "a whole number from 0"),
     "performers": (int, f"a whole number, 1 to {MAX_PERFORMERS}"),

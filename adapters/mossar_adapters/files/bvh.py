@@ -185,7 +185,7 @@ def opened_bvh(path: Path, options: ReadOptions) -> OpenedBvh:
 
 
 def _splitter(width: int) -> Callable[[str], list[str]]:
-    """Return what makes cells of a row, also where a minus sign stands in for the blank before it."""
+    """Return a function that splits a row into cells, also where a minus sign replaces the blank."""
 
     def split(text: str) -> list[str]:
         cells = text.split()

@@ -181,7 +181,7 @@ def _joint_lines(motion: JointMotion, joint: int, children: list[list[int]], dep
 
 
 def zyx_angles(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the angles about z, y and x whose turns, one after the other from the left, make up rotations.
+    """Return the angles about z, y and x whose turns, in this order from the left, make up rotations.
 
     Args:
         rotations: (..., 3, 3).

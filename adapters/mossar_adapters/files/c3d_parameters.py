@@ -43,7 +43,7 @@ class C3dHeader(msgspec.Struct, frozen=True):
 def floats(data: bytes, machine: int) -> NDArray[np.float64]:
     """Return the 4-byte floats of a machine.
 
-    DEC's have the halves swapped and another exponent: a quarter of what IEEE makes of the bits.
+    DEC's have the halves swapped and another exponent: a quarter of the IEEE value of the bits.
     """
     if machine == DEC:
         halves = np.frombuffer(data, "<u2").reshape(-1, 2)[:, ::-1]

@@ -23,7 +23,7 @@ from mossar_adapters.table_text import csv_text
 from mossar_stream import Segment
 
 TABLE = "clips.csv"
-_NAME = re.compile(rf"{re.escape(TABLE)}|.*-\d{{4,}}(-.*)?\.\w+")  # of what clips are written to
+_NAME = re.compile(rf"{re.escape(TABLE)}|.*-\d{{4,}}(-.*)?\.\w+")  # files of a folder of clips
 
 
 def check_clips(folder: Path, read: Sequence[str] = (), *, replace: bool) -> None:

@@ -53,7 +53,7 @@ class LoadedRecording(msgspec.Struct, frozen=True):
 
     @property
     def begin(self) -> float:
-        """When the recording begins, of which this may be a part, s; 0 without frames."""
+        """Begin of the whole recording, of which this may be a part, s; 0 without frames."""
         if self.origin is not None:
             return self.origin
         return float(self.times[0]) if len(self.times) else 0.0

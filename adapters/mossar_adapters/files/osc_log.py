@@ -121,7 +121,7 @@ def _poses(path: Path, options: ReadOptions, log: Log) -> Iterator[tuple[Meta, F
     for item in _items(path, options, log):
         if isinstance(item, Meta):
             metas[item.performer] = item
-        elif isinstance(item, Frames):  # a recording need not say who left
+        elif isinstance(item, Frames):  # departures are not recorded
             yield metas[item.performer], item
 
 
@@ -212,7 +212,7 @@ def _notes(log: Log, clock: float | None, unit: str, left_out: int, *, guessed: 
 
 
 def _no_frame(log: Log) -> str:
-    """Return why a log has no frame, and its other content."""
+    """Return the reason why a log has no frame, and its other content."""
     counters = log.counters
     if counters.malformed:
         hint = " (oscdump leaves out what blobs hold; record with mossar record)" if log.blobs else ""

@@ -34,7 +34,7 @@ def subjects_of(
     Args:
         path: For messages.
         labels: All markers.
-        wanted: Name of the performer asked for.
+        wanted: Name of the wanted performer.
 
     Raises:
         FileError: If there is no marker.

@@ -1,7 +1,7 @@
 """Following: the segmenters of the performers whose records come to one operator.
 
 The engine keeps each performer's snapshot; here are the live segmenters, so that a snapshot is unpacked only after a
-failure, a move to another machine, or a long absence. What this holds is lost with the process, and may be.
+failure, a move to another machine, or a long absence. The process may lose them at any time.
 """
 
 import math

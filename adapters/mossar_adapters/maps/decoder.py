@@ -40,7 +40,7 @@ class MapDecoder:
         return self._owners.forget(sender)
 
     def receive(self, found: FrameMap | MetaMap, arrival: float, sender: str = "") -> Meta | Pose:
-        """Return what a map says.
+        """Return the content of a map.
 
         Args:
             found: The map.

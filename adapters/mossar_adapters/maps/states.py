@@ -16,7 +16,7 @@ VERSION = 1
 
 
 class StateMap(msgspec.Struct):
-    """Where a performer stands when a receiver joins late; sent once to that receiver, behind the meta.
+    """The state of a performer for a receiver that joins late; sent once to that receiver, behind the meta.
 
     Args:
         performer: Name of the performer.
@@ -68,7 +68,7 @@ class States:
             self._levels[meta.performer] = meta.settings.get("level", UNSET)
 
     def follow(self, events: Iterable[Event]) -> None:
-        """Take note of what events change."""
+        """Update the states with events."""
         for event in events:
             if isinstance(event, StreamEvent):
                 self._follow_stream(event)

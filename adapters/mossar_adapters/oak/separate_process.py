@@ -22,7 +22,7 @@ _ORPHAN: Final = 0.5  # s between two looks at whether the parent is still there
 def run_separately(
     function: Callable[..., None], *arguments: str, enough: Callable[[], bool]
 ) -> "subprocess.CompletedProcess[str] | None":
-    """Run a function in another process of this interpreter; return its status and what it wrote, None if given up.
+    """Run a function in another process of this interpreter; return its status and its output, None if given up.
 
     Ctrl-C is left to this process. The other ends with it, however that happens; on Windows not if it is killed.
 

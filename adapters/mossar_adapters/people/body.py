@@ -15,10 +15,10 @@ from mossar_stream import Skeleton
 JUMP: Final = 0.1  # m
 QUICK: Final = 3.0  # m/s
 PAUSE: Final = 0.25  # s without frames after which a person may be somewhere else
-_LATE: Final = 2.5  # times as long as usual between two frames: somebody else may have the id now
+_LATE: Final = 2.5  # times as long as usual between two frames: another person may have the id now
 _SMOOTH: Final = 0.1  # share of each new time between frames
 _MARK: Final = 0.15  # s between two poses that a velocity is taken of
-_FASTEST: Final = 2.5  # m/s of a whole body; what is more is noise
+_FASTEST: Final = 2.5  # m/s of a whole body; more is noise
 
 
 class Body:
@@ -130,7 +130,7 @@ class Body:
         else:
             seen = ~np.isnan(step)
             if not seen.any():
-                return True  # nobody is in the frame: the person may be anywhere soon
+                return True  # no joint is in the frame: the person may be anywhere soon
             known = step[seen]
             if np.dot(known, known) > limit * limit * (len(known) / 3):
                 return False
@@ -173,7 +173,7 @@ class Body:
         self._mark, self._mark_time, self._mark_due = pose, time, time + _MARK
 
     def velocity(self) -> NDArray[np.float64]:
-        """Return how fast the whole body went when it was last seen, (3,) m/s."""
+        """Return the last known velocity of the whole body, (3,) m/s."""
         span = self.time - self._older_time
         if span <= 0:
             return np.zeros(3)

@@ -1,4 +1,4 @@
-"""Beginning: what waited in a socket or a queue while the program started is not the present, and is dropped."""
+"""Beginning: frames that waited in a socket or a queue while the program started are old, and are dropped."""
 
 import logging
 import time

@@ -1,7 +1,7 @@
 """Take starts: when the takes began that a chunk of frames opened.
 
 Sinks that count time from the beginning of a take need it before the take's first event. A chunk is therefore cut
-where its times say that a take may end: what begins with a part begins with its first frame.
+where its times show that a take may end: a take that begins in a part begins with its first frame.
 """
 
 import itertools

@@ -16,7 +16,7 @@ import numpy as np
 from mossar_adapters.extras import needed
 from mossar_adapters.pose.weights import Weights
 
-# What (pixel - mean) / deviation gives: -1 to 1 for the detector, 0 to 1 for the landmarks.
+# Range of (pixel - mean) / deviation: -1 to 1 for the detector, 0 to 1 for the landmarks.
 _DETECTOR: Final = (127.5, 127.5)
 _LANDMARKS: Final = (0.0, 255.0)
 # Of metadata_schema.fbs: kinds in unions, numbers of fields in tables.

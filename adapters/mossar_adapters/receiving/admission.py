@@ -1,7 +1,7 @@
 """Admission: whose datagrams are read. The first step from a wire to the pipeline.
 
-Refused are hosts that the user did not allow, and most of what senders of nothing but rubbish send, so that others
-are heard.
+It refuses hosts that the user did not allow, and most messages of senders without any valid one, to leave room for
+other senders.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ class Admission:
 
     Args:
         address: Its option `allow` lists numbers and networks: `192.168.0.7,10.0.0.0/8`; without it all are allowed.
-        counters: The source's: what is refused is counted.
+        counters: The source's; they count refused messages.
 
     Raises:
         SettingsError: If one of the numbers is no IP number.

@@ -18,7 +18,7 @@ PRESENT: Final = 2.0  # s since the latest frame; after a longer silence a clock
 
 
 class _Clock(msgspec.Struct):
-    """The clock of a sender: its latest frame, and what is added to its times."""
+    """The clock of a sender: its latest frame, and the offset of its times."""
 
     time: float  # s, as sent
     arrival: float  # s

@@ -1,4 +1,4 @@
-"""A queue of many clients whose turns come one after the other, so that one that floods delays only itself."""
+"""A queue of many clients that take turns, so that one that floods delays only itself."""
 
 import threading
 from collections import OrderedDict, deque

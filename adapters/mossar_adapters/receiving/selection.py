@@ -1,4 +1,4 @@
-"""What a user wants of a source whose skeletons are known only while it runs: joints, root, one performer."""
+"""The user's selection from a source whose skeletons are known only while it runs: joints, root, one performer."""
 
 import logging
 from collections.abc import Iterator
@@ -40,7 +40,7 @@ class SelectedSource:
         return getattr(self._source, name)
 
     def items(self) -> Iterator[Item]:
-        """Yield what is wanted.
+        """Yield the selected items.
 
         Raises:
             FrameError: If the first performer lacks a joint or the root, or the root is none of the joints. Later
@@ -64,7 +64,7 @@ class SelectedSource:
         if isinstance(item, Meta):
             return self._announced(item)
         if isinstance(item, Occupant) and item.performer not in self._joints:
-            return item  # who is in a slot comes before its skeleton
+            return item  # the occupant of a slot comes before its skeleton
         joints = self._joints.get(item.performer)
         if joints is None:
             return None

@@ -57,7 +57,7 @@ Kept = TypeVar("Kept")
 
 
 class Verdict(msgspec.Struct):
-    """What is known of a sender's clock; all its performers share it.
+    """State of a sender's clock; all its performers share it.
 
     Args:
         unit: Seconds per unit of its times.
@@ -142,7 +142,7 @@ class SenderClock(Generic[Kept]):
         before, self._latest = self._latest, frame
         if before is None:
             if self.verdict.unit == 1.0 and abs(sent) >= _NO_SECONDS:
-                self._held.append(frame)  # no seconds; the steps to come show what it is
+                self._held.append(frame)  # no seconds; the next steps show its unit
                 return []
             return self._by_sender([frame])
         step = (sent - before.sent) * self.verdict.unit
@@ -221,7 +221,7 @@ class SenderClock(Generic[Kept]):
         return True
 
     def _decided(self, *, last: bool = False) -> list[tuple[Kept, float]]:
-        """Return the frames held back if it is clear what their times are; at last in any case."""
+        """Return the frames held back if the unit of their times is clear; at last in any case."""
         count = len(self._held)
         full = last or count >= MOST_HELD or self._held[-1].arrival - self._held[0].arrival >= LONGEST_HELD
         often = self._long[0] >= _OFTEN and self._long[0] * _OFTEN >= self._long[1]

@@ -1,4 +1,4 @@
-"""Who sends: names for performers, one set per sender.
+"""Senders: names for performers, one set per sender.
 
 Protocols without performer ids have one performer per sender: `p1`, `p2` and so on, in the order in which they are
 heard. With ids, the first sender's performers have plain names, those of others carry the sender's address. A sender
@@ -25,7 +25,7 @@ class Senders:
     """Names the performers of several senders.
 
     Args:
-        base: What the user calls the performer, or None.
+        base: The user's name of the performer, or None.
     """
 
     def __init__(self, base: str | None = None) -> None:
@@ -37,7 +37,7 @@ class Senders:
         self._first: str | None = None  # host whose performers have plain names
 
     def suffix(self, host: str, port: int, now: float, until: float | None = None) -> str | None:
-        """Return what distinguishes this sender's performers from those of others; empty for the first sender.
+        """Return the suffix that distinguishes this sender's performers; empty for the first sender.
 
         None: a new port, of which the next datagrams of the host show whether it is another program's.
 

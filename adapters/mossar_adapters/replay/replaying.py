@@ -71,7 +71,7 @@ class Replay:
 
 
 class _Rows:
-    """Hands the frames of a motion out, as many as are asked for, again and again."""
+    """Hands out the frames of a motion, again and again, in the wanted numbers."""
 
     def __init__(self, motion: JointMotion) -> None:
         self._motion = motion

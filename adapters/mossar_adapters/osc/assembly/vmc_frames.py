@@ -1,4 +1,4 @@
-"""Where VMC frames end.
+"""The ends of VMC frames.
 
 A bundle is no frame, and nothing in the protocol closes one. Seen in the wild: bones, Root, OK, T; T first;
 neither OK nor T. The rules:
@@ -20,7 +20,7 @@ import struct
 from mossar_adapters.osc.assembly.known_joints import ClosedFrame, Row
 
 _GAP_LOW, _GAP_HIGH, _INTERVAL = 0.004, 0.1, 0.04  # s
-_GAP_MARKED = 0.25  # s; less than what counts as a stall, so that a sender's last frame comes before it
+_GAP_MARKED = 0.25  # s; less than a stall, so that a sender's last frame comes before it
 _RATES = (30, 60, 120, 24, 25, 50, 72, 90, 100, 144, 240)  # Hz
 _float32 = struct.Struct("f")
 
@@ -104,7 +104,7 @@ class VmcFrames:
         return closed
 
     def idle(self, now: float) -> list[ClosedFrame]:
-        """Close what nothing more comes for."""
+        """Close frames that nothing more comes for."""
         quiet = now - self.last
         closed: list[ClosedFrame] = []
         pause = min(max(self._interval / 2, _GAP_LOW), _GAP_HIGH)
