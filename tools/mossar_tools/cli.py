@@ -1,6 +1,6 @@
 """Cli: the program `mossar`.
 
-Only the command that is asked for is imported, so that help and errors come at once.
+Only the wanted command is imported, so that help and errors come at once.
 """
 
 import argparse
@@ -58,7 +58,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     "study": ("settings", "tune", "evaluate", "agree", "archive", "bench"),
     "operate": ("replay", "record", "adapters", "flink", "schema", "completion", "webcam"),
 }
-# What people type for a command or an option that has another name.
+# Likely names of commands and options that have other names.
 _MEANT: Final[dict[str, str]] = {
     "version": "mossar --version",
     "train": "mossar teach",
@@ -223,7 +223,7 @@ def _run(arguments: list[str], terminal: Console) -> int:
         arguments = [*arguments[1:2], "--help"]
     if len(arguments) == 2 and arguments[0] in {"-h", "--help"} and arguments[1] in COMMANDS:
         arguments = [arguments[1], "--help"]
-    # What stands before the command's name can only be --help or --version.
+    # Only --help or --version may stand before the command's name.
     if not arguments or (arguments[0].startswith("-") and arguments[0] != "-"):
         return _run_without_command(arguments or ["--help"], terminal)
     name = arguments[0]

@@ -31,7 +31,7 @@ def event_schema() -> dict[str, Any]:
     }
 
 
-# What is sent besides events: its type, and the fields that may be absent.
+# Further messages: their type, and the fields that may be absent.
 _MAPS: dict[type, tuple[str, tuple[str, ...]]] = {
     MetaMap: ("meta", ("fps", "settings", "run", "version")),
     StateMap: ("state", ("level", "run")),

@@ -1,4 +1,4 @@
-"""Live view: key frames as they come, line by line, in a terminal; and what there is to say at the end."""
+"""Live view: key frames as they come, line by line, in a terminal; and a summary at the end."""
 
 import statistics
 import threading
@@ -163,7 +163,7 @@ class LiveView:
             self._console.status(self._status(pipeline))
 
     def summary(self) -> list[str]:
-        """Return what there is to say at the end."""
+        """Return the summary at the end."""
         lines = self._counts()
         if self.score.cuts:
             spread = (
@@ -188,7 +188,7 @@ class LiveView:
         return statistics.median(self._delays[name])
 
     def _counts(self) -> list[str]:
-        """Return what was counted, recognised and followed."""
+        """Return the counts of repetitions, recognised and followed moves."""
         lines = []
         for (performer, channel), total in self._repetitions.items():
             of = performer if channel == BODY else f"{performer}, {channel}"
@@ -276,7 +276,7 @@ class LiveView:
         return self._console.colour(self._cut(text), "1;32")
 
     def _pose_line(self, event: PoseEvent) -> str:
-        """Return how long a pose has been held, and where the body strays."""
+        """Return the duration of a held pose, and the limb that strays."""
         text = (
             f"{event.performer:<12}{self._since(event, event.decided_time):>8.2f} s  {event.name} {event.status}, "
             f"{event.seconds:.1f} s,"
@@ -341,7 +341,7 @@ class LiveView:
         return [leading[name] for name in sorted(leading)]
 
     def _progress(self, event: FollowEvent) -> str:
-        """Return how far a followed move is, its count, and the limb that strays most."""
+        """Return the progress of a followed move, its count, and the limb that strays most."""
         if event.status in OVER:
             return f"{event.name} {event.count} done"
         moment = bar(event.progress, 12, fine=self._console.unicode)
@@ -352,6 +352,6 @@ class LiveView:
 
 
 def _rank(event: FollowEvent) -> tuple[bool, float, float]:
-    """Return what puts followed moves of a performer in order: the one that is most likely being made is last."""
+    """Return a sort key of a performer's followed moves: the one that is most likely being made is last."""
     active = event.status not in OVER
     return active, event.certainty * active, event.time

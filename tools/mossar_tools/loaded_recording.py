@@ -21,7 +21,7 @@ def load_recording(options: Options, on_progress: OnProgress = lambda _: None) -
     """Return the recording that `options.file` names, or the part of it that the options name.
 
     Args:
-        options: Which file, and what of it; `begin` and `until` are of its clock.
+        options: The file, and the part of it; `begin` and `until` are of its clock.
         on_progress: Gets the share that is read.
 
     Raises:

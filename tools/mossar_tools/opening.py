@@ -59,7 +59,7 @@ def is_port(text: str) -> bool:
 
 
 def check_url(text: str) -> None:
-    """Refuse what is nearly a URL: the name of a scheme, an address without a port, several sources in one word.
+    """Refuse a near URL: the name of a scheme, an address without a port, several sources in one word.
 
     Raises:
         UsageError: If it is one of these, and no file.
@@ -78,7 +78,7 @@ def check_url(text: str) -> None:
 
 
 def _port_of(text: str) -> tuple[str, str] | None:
-    """Return host and port of what is no URL and no file, but a port; the host is empty if there is only a port."""
+    """Return host and port of a text that is no URL and no file, but a port; the host may be empty."""
     found = _PORT.fullmatch(text)
     if found is None or Path(text).exists():
         return None
@@ -105,7 +105,7 @@ def command_for(text: str) -> str | None:
 
 
 def source_of(url: str, options: Options, listener: Listener | None = None) -> Source:
-    """Return the source that a URL or path stands for, and say what its opening found out.
+    """Return the source that a URL or path stands for, and log the notes of its opening.
 
     Raises:
         MossarError: If it cannot be opened.
@@ -144,7 +144,7 @@ def _check_performer(source: Source, wanted: str | None) -> None:
 
 
 def recording_of(url: str, options: Options) -> Recording:
-    """Return the recording that a path stands for, and say what its reader found out.
+    """Return the recording that a path stands for, and log the notes of its reader.
 
     Raises:
         FileError: If it cannot be read.

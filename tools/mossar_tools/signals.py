@@ -19,9 +19,9 @@ from typing import Final
 
 from mossar_tools.errors import DONE, INTERRUPTED, TERMINATED, Terminated
 
-_AGAIN: Final = 0.02  # s until a signal is looked at again that came at a delicate moment
+_AGAIN: Final = 0.02  # s until a signal that came at a delicate moment is handled
 _DELICATE: Final = ("importlib", "_frozen_importlib", "_frozen_importlib_external")
-_deferred: list[int] = []  # signals that are looked at again
+_deferred: list[int] = []  # signals that are to be handled again
 _awaited: list[None] = []  # one for each block that waits for the exceptions of signals
 
 
@@ -124,7 +124,7 @@ def _signal_again(number: int) -> None:
     if number not in _deferred:
         return
     if hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(threading.main_thread().ident or 0, number)  # wakes what waits
+        signal.pthread_kill(threading.main_thread().ident or 0, number)  # wakes waiting calls
     else:
         _thread.interrupt_main(signal.Signals(number))
 

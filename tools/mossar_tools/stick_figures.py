@@ -25,7 +25,7 @@ _HEAD = re.compile(r"^(head|nose|.*[_:. ]head)$", re.IGNORECASE)
 
 
 class View(msgspec.Struct, frozen=True):
-    """How skeletons of a recording are looked at.
+    """View of the skeletons of a recording.
 
     Args:
         up: Index of the vertical axis.
@@ -41,7 +41,7 @@ class View(msgspec.Struct, frozen=True):
 
 
 def view_of(skeleton: Skeleton, poses: Floats) -> View:
-    """Return how to look at the skeletons of a recording.
+    """Return the view of the skeletons of a recording.
 
     Args:
         skeleton: J joints.

@@ -99,7 +99,7 @@ class Story(LiveView):
         self._console.line(self._console.colour(self._cut(text), "33"))
 
     def _key_line(self, event: KeyFrameEvent) -> str:
-        """Return the line of a key frame: what it separates, and how long the decision took."""
+        """Return the line of a key frame: the states that it separates, and the delay of the decision."""
         cut = self._cut_at(event)
         self._others += cut is None
         mark, said = (
@@ -145,7 +145,7 @@ class Story(LiveView):
         return self.score.cuts_of(performer)
 
     def summary(self) -> list[str]:
-        """Return how much was found, how soon, and what to try next."""
+        """Return the numbers of events, their delays, and commands to try next."""
         if not self.visible:
             return super().summary()
         found = sum(map(len, self._found.values()))

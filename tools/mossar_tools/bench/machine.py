@@ -57,7 +57,7 @@ class Watch:
         self._own = _own_seconds()
 
     def machine(self) -> Machine:
-        """Return the machine and what went on since the beginning."""
+        """Return the machine and its load since the beginning."""
         found = Machine(
             _cpu(),
             _cores(),

@@ -59,7 +59,7 @@ def waits(
     Args:
         motion: The frames to push.
         frames: How many, after the warm-up.
-        form: Makes of a frame, float32 and contiguous, and its time what is handed over.
+        form: Converts a frame, float32 and contiguous, and its time to the pushed form.
 
     Returns:
         (frames,) s, how long each push took, and whether it was in a block without an interruption.

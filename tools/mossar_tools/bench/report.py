@@ -16,7 +16,7 @@ _SCALES = ((1e9, "G"), (1e6, "M"), (1e3, "k"))
 
 
 def machine_lines(machine: Machine) -> Iterator[str]:
-    """Yield what the numbers were measured on, and whether it was idle."""
+    """Yield the machine of the measurements, and whether it was idle."""
     versions = ", ".join(f"{name} {version}" for name, version in machine.versions.items())
     yield f"{machine.cpu}, {machine.cores} cores; {machine.system}; {versions}"
     if machine.load is not None:

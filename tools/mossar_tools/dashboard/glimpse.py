@@ -10,7 +10,7 @@ from mossar_tools.marks import Chart, Mark
 
 
 class Repeated(msgspec.Struct, frozen=True):
-    """How often a movement was repeated.
+    """Count of a repeated movement.
 
     Args:
         total: In the take.
@@ -87,10 +87,10 @@ class Glimpse(Chart, frozen=True, kw_only=True):
         body: The last pose; None before there is one.
         ghosts: Poses of the last kept key frames, oldest first.
         statistics: Statistics to show, name and value.
-        repeated: What was counted in this take; None if nothing was.
+        repeated: The count in this take; None if nothing was counted.
         followed_moves: The moves that are followed, the one to be shown large first.
         overlay: The example of that move at the same place; None while it is not being made.
-        count: What was counted since the page was opened.
+        count: The count since the page was opened.
     """
 
     performer: str

@@ -35,5 +35,5 @@ class Motion:
         self._last = (time, relative)
 
     def shares(self) -> NDArray[np.float32]:
-        """Return how much each joint moves, (J,) 0..1."""
+        """Return the share of each joint in the motion, (J,) 0..1."""
         return np.asarray(np.clip(self._speed / FAST, 0.0, 1.0) ** 0.8, np.float32)

@@ -1,6 +1,6 @@
 """Overview: a whole recording on one line, and where in it the chart and the playhead are.
 
-The line is drawn once for each level; what moves lies above it and is small.
+The line is drawn once for each level; the moving parts lie above it and are small.
 """
 
 import numpy as np
@@ -40,7 +40,7 @@ def overview(charts: list[Chart], start: float, end: float) -> str:
 
 
 def place(start: float, end: float, window: tuple[float, float], now: float) -> str:
-    """Return where the chart and the playhead are in the recording, as HTML to lie upon it.
+    """Return the places of the chart and the playhead in the recording, as HTML to lie upon it.
 
     Args:
         start: Where the recording begins, s.

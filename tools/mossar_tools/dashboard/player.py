@@ -24,7 +24,7 @@ class Player:
 
     @property
     def place(self) -> float:
-        """Where the playhead is, s."""
+        """Time of the playhead, s."""
         with self._lock:
             return self._now()
 
