@@ -23,7 +23,7 @@ class Sink(Protocol):
         ...
 
     def announce(self, meta: Meta) -> None:
-        """Take note of a performer: before its first events, and when its skeleton or its settings change."""
+        """Note a performer: before its first events, and when its skeleton or its settings change."""
 
     def send(self, events: Sequence[Event]) -> None:
         """Hand events over, in order; now and then without any, to look after receivers that join in quiet times."""
@@ -38,7 +38,7 @@ class FrameSink(Protocol):
     name: str
 
     def announce(self, meta: Meta) -> None:
-        """Take note of a performer, before its first frames and when its skeleton changes."""
+        """Note a performer, before its first frames and when its skeleton changes."""
 
     def send_frames(self, frames: Frames) -> None:
         """Hand frames over, in order."""

@@ -102,7 +102,7 @@ class WebSocketServer:
         self._thread.join(2 * _CLOSE + _DRAIN)
 
     def connection_made(self, transport: Any) -> None:
-        """Take note of a connection; called by the server's thread."""
+        """Note a connection; called by the server's thread."""
         self._waiting[transport] = None
         if len(self._waiting) > MAX_WAITING:
             oldest = next(iter(self._waiting))

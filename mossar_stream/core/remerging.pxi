@@ -44,7 +44,7 @@ cdef struct MemoSpan:
     int64_t count
 
 
-cdef struct Remerging:  # What one run of Algorithm 3 works on, for K key frames.
+cdef struct Remerging:  # Data of one run of Algorithm 3, for K key frames.
     Measure* params  # of the similarity measure
     DoubleRows segments  # (any, slot) summaries, closed; unchanged
     MemoSpan memo  # MEMO, costs remembered from earlier runs; may be empty

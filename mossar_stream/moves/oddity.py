@@ -1,6 +1,6 @@
 """Oddities: examples that are unlike the others of their name, so that a slip while showing a move is noticed.
 
-The limits lie beyond what 14 moves by 11 people and 17 moves by 5 people showed within one name and person (1004 pairs):
+The limits lie beyond the values of 14 moves by 11 people and 17 moves by 5 people within one name and person (1004 pairs):
 the longer one took at most 1.83 times as long, the cosine of the postures was at least 0.938, and of the costs 0.4 % were
 above 1.
 """

@@ -77,7 +77,7 @@ def _check(shown: NDArray[np.float64], fps: Any, hold: Any, joints: int) -> None
     if shown.ndim != 3 or shown.shape[1:] != (joints, 3):
         raise MovesError(f"a pose has the form ({joints} joints, 3) or (frames, {joints} joints, 3)")
     if not 1 <= len(shown) <= LONGEST_TAKEN:
-        raise MovesError(f"what shows a pose has 1 to {LONGEST_TAKEN} frames, not {len(shown)}")
+        raise MovesError(f"a pose is shown by 1 to {LONGEST_TAKEN} frames, not {len(shown)}")
     if not np.isfinite(shown).all():
         bad = int(np.argmin(np.isfinite(shown).all(axis=(1, 2))))
         raise MovesError(f"a pose needs all joints in all frames; frame {bad} lacks some")
@@ -102,7 +102,7 @@ def _last_rest(placed: NDArray[np.float64], least: int) -> tuple[int, int]:
         while first > 0 and _stray(placed[first - 1 : first], middle) <= MOST_STRAY:
             first -= 1
         return first, last
-    raise MovesError(f"nothing is held in what was shown; a pose is held for at least {LEAST_REST:g} s")
+    raise MovesError(f"no pose is held in these frames; a pose is held for at least {LEAST_REST:g} s")
 
 
 def _stray(frames: NDArray[np.float64], middle: NDArray[np.float64]) -> float:

@@ -1,4 +1,4 @@
-"""What level `motion` reaches under other conditions than those it was recorded in.
+"""Scores of level `motion` under other conditions than those of the recordings.
 
     python -m checks.conditions SET1 SET2 SET3 ...
 

@@ -97,7 +97,7 @@ def _later(event: StepEvent, shift: float) -> StepEvent:
 
 
 def stood(positions: NDArray[np.float32], times: NDArray[np.float64], skeleton: Skeleton) -> list[Event]:
-    """Return when toes of the built-in performer, which do not slide, left where they stood by 5 mm, and came back to rest."""
+    """Return the times at which toes of the built-in performer, which do not slide, left their place by 5 mm or came to rest."""
     truth: list[Event] = []
     for side, name in (("Left", "left"), ("Right", "right")):
         toes = positions[:, skeleton.names.index(f"{side}Toes")]
@@ -154,7 +154,7 @@ def standing() -> None:
 
 
 def speed() -> None:
-    """Print what a frame costs more with steps than without, in a chunk and by itself."""
+    """Print the cost of steps for a frame, in a chunk and by itself."""
     positions, times, _ = performed(GAITS["walking"], 60.0, 60.0)
     together, alone = {}, {}
     for steps in (False, True):

@@ -213,7 +213,7 @@ def command_called(name: str) -> Command:
 
 
 def _meant(name: str) -> str:
-    """Return a question that names what an unknown command may stand for, or nothing."""
+    """Return a question that names the likely command for an unknown one, or nothing."""
     word = name.lower().strip("-")
     return f" - did you mean {_MEANT[word]}?" if word in _MEANT else did_you_mean(word, COMMANDS)
 

@@ -40,7 +40,7 @@ class Elapsed:
         self._spans: dict[str, tuple[_Span, _Span]] = {}
 
     def see(self, performer: str, first: float, last: float) -> None:
-        """Take note of frames: the times of the first and the last one, s."""
+        """Note frames: the times of the first and the last one, s."""
         before = self._spans.get(performer)
         if before is None or not before[1].has(first):
             begun = _Span(self._origin(first), first)

@@ -148,7 +148,7 @@ class LiveView:
         self._judge(dict.fromkeys(self._times, float("inf")))
 
     def send_frames(self, frames: Frames) -> None:
-        """Take note of the time; judge the true cuts that have had theirs."""
+        """Note the time; judge the true cuts that have had theirs."""
         # Frames come in line with the events, so that no verdict overtakes a key frame.
         self._elapsed.see(frames.performer, float(frames.times[0]), float(frames.times[-1]))
         self._times[frames.performer] = float(frames.times[-1])

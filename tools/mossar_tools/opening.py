@@ -69,7 +69,7 @@ def check_url(text: str) -> None:
     forms = [scheme.form for scheme in SCHEMES if text in scheme.names and text != "file"]
     if forms:
         form = forms[0].partition("?")[0].partition(",")[0]
-        raise UsageError(f"{text}: there is no such file; what is meant may be {form}")
+        raise UsageError(f"{text}: there is no such file - did you mean {form}?")
     if _HOST.fullmatch(text):
         raise UsageError(f"{text}: a port is missing, as in {text}:39539")
     parts = text.split(",")

@@ -148,7 +148,7 @@ def draw_strip(
     axes.broken_barh(bars, (0.08, 0.84), facecolors=[colours[part.state] for part in parts], lw=0)
     label = name.replace("_", " ")
     axes.text(-0.006, 0.5, label, transform=axes.transAxes, ha="right", va="center")
-    return [f"{len(segments)} {label} by what most of the time is"] if len(segments) > most else []
+    return [f"{len(segments)} {label} by the state of most of the time"] if len(segments) > most else []
 
 
 def draw_tree(axes: Any, shown: Excerpt, width: float, palette: Palette) -> LeftOut:

@@ -45,11 +45,11 @@ class Story(LiveView):
         self._states: dict[str, str] = {}
 
     def announce(self, meta: Meta) -> None:
-        """Take note of how the performer is to be drawn."""
+        """Note how the performer is to be drawn."""
         self._bodies[meta.performer] = (meta.skeleton, None)
 
     def send_frames(self, frames: Frames) -> None:
-        """Take note of the latest pose, and of the time."""
+        """Note the latest pose, and of the time."""
         super().send_frames(frames)
         if frames.performer in self._bodies:
             self._bodies[frames.performer] = (self._bodies[frames.performer][0], frames.positions[-1])

@@ -113,7 +113,7 @@ def stream(
 
 
 def _skip_what_waits(sources: Sequence[Source]) -> None:
-    """Discard what live sources received before now."""
+    """Discard frames that live sources received before now."""
     for source in sources:
         if (live := offered(source, SkipsWaiting)) is not None:
             live.skip_waiting()

@@ -80,7 +80,7 @@ def _checked(path: Path, tier: Tier) -> Tier:
             raise AnnotationError(f"{path}: tier {tier.name}: a time is no number")
         if mark.end < mark.start:
             raise AnnotationError(
-                f"{path}: tier {tier.name}: what starts at {mark.start:g} s ends before that"
+                f"{path}: tier {tier.name}: the mark at {mark.start:g} s ends before its start"
             )
     return tier
 

@@ -69,7 +69,7 @@ class AnnotationSink:
         self._closed = False
 
     def announce(self, meta: Meta) -> None:
-        """Take note of the level: a named one is part of the tier's name."""
+        """Note the level: a named one is part of the tier's name."""
         if self._level is None and meta.settings is not None:
             self._level = meta.settings.get("level")
 

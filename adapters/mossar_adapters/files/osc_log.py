@@ -215,7 +215,7 @@ def _no_frame(log: Log) -> str:
     """Return the reason why a log has no frame, and its other content."""
     counters = log.counters
     if counters.malformed:
-        hint = " (oscdump leaves out what blobs hold; record with mossar record)" if log.blobs else ""
+        hint = " (oscdump leaves out the content of blobs; record with mossar record)" if log.blobs else ""
         return f"no frame in {counters.received} messages, the last: {counters.last_error}{hint}"
     kinds = ", ".join(shown(address) for address, _ in log.unwanted.most_common(4))
     return f"none of {counters.received} messages is of a known profile of OSC; there are {kinds or 'none'}"

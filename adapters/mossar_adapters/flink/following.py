@@ -117,7 +117,7 @@ class Following:
     def _announce(
         self, performer: str, line: Line | None, meta: Meta, now: float
     ) -> tuple[Line, list[Event]]:
-        """Take note of a skeleton; another one ends the take."""
+        """Note a skeleton; another one ends the take."""
         if line is not None and line.segmenter.skeleton == meta.skeleton:
             line.heard = now
             return line, []

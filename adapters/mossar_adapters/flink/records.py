@@ -174,5 +174,5 @@ def _floats(data: bytes, shape: tuple[int, ...], name: str) -> NDArray[np.float3
 
 def _times(times: list[float]) -> NDArray[np.float64]:
     if not all(abs(time) < 1e15 for time in times):
-        raise FrameError("t holds what is no time")
+        raise FrameError("t is no time")
     return np.array(times, np.float64)

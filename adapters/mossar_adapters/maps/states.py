@@ -63,7 +63,7 @@ class States:
             yield state
 
     def announce(self, meta: Meta) -> None:
-        """Take note of a performer's level."""
+        """Note a performer's level."""
         if meta.settings is not None:
             self._levels[meta.performer] = meta.settings.get("level", UNSET)
 

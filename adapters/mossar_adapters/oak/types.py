@@ -11,7 +11,7 @@ class CameraError(MossarError):
     """The camera cannot be used; the message has the reason and the remedy."""
 
 
-class CameraLost(CameraError):  # noqa: N818 - it is what happened
+class CameraLost(CameraError):  # noqa: N818 - it names the event
     """A camera that worked no longer answers."""
 
 

@@ -204,7 +204,7 @@ def _enlarged(opened: socket.socket) -> int:
         except OSError:  # macOS refuses a size above its limit instead of granting less
             continue
     granted = opened.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
-    return granted // 2 if _LINUX else granted  # Linux reports twice what it grants
+    return granted // 2 if _LINUX else granted  # Linux reports twice the granted size
 
 
 def _ask(opened: socket.socket) -> bool:

@@ -104,7 +104,7 @@ class OscSink:
         """Do nothing: the messages name their performer."""
 
     def begin_take(self, performer: str, take: int, time: float) -> None:
-        """Take note of when a take began.
+        """Note when a take began.
 
         Without this call the beginning is reckoned from the frame number and time of the take's first event.
 

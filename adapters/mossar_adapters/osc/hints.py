@@ -48,7 +48,7 @@ class Hints:
         self._seen: deque[_Seen] = deque(maxlen=_KEPT)
 
     def add(self, message: Message) -> None:
-        """Take note of a message that no profile wants."""
+        """Note a message that no profile wants."""
         if len(message.address) <= _LONGEST:
             first = tuple(message.arguments[:_ARGUMENTS])
             self._seen.append(_Seen(tuple(message.address.split("/")), first, len(message.arguments)))

@@ -157,7 +157,7 @@ class Body:
         return True
 
     def _keep(self, positions: NDArray[Any], times: list[float]) -> None:
-        """Take note of two or more frames that go on."""
+        """Note two or more frames that go on."""
         last = times[-1]
         while last >= self._mark_due:
             i = bisect_left(times, self._mark_due)

@@ -167,7 +167,7 @@ class SlotTable:
         return seconds
 
     def leave(self, ident: str) -> None:
-        """Take note that a tracker has given an id up."""
+        """Note that a tracker has given an id up."""
         self._ids.pop(ident, None)
 
     def resize(self, people: int) -> None:

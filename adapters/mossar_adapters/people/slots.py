@@ -107,7 +107,7 @@ class Slots(SlotTable):
             self._skeletons.popitem(last=False)
 
     def separate(self, ident: str) -> None:
-        """Take note that an id may be of another sender than the others.
+        """Note that an id may be of another sender than the others.
 
         Its frames do not come together with theirs, so a missing person is noticed a moment later.
         """
@@ -249,7 +249,7 @@ class Slots(SlotTable):
         return [(known.id, known.last) for known in self._newcomers.values() if not known.refused]
 
     def leave(self, ident: str) -> None:
-        """Take note that a tracker has given an id up."""
+        """Note that a tracker has given an id up."""
         super().leave(ident)
         self._newcomers.pop(ident, None)
 

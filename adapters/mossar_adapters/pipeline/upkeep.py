@@ -64,7 +64,7 @@ class Upkeep:
         self._write(run, complete=False)  # from here on a run that is killed can go on with its outputs
 
     def heard(self, run: Run, arrival: Arrival, performer: PerformerRecord) -> bool:
-        """Take note that frames came; return whether they had stalled."""
+        """Note that frames came; return whether they had stalled."""
         feed = run.feeds[arrival.source]
         feed.heard_at, feed.delivered = arrival.at, True
         self._explained.discard(arrival.source)

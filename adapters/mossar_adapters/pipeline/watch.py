@@ -25,7 +25,7 @@ class Watch:
         self._ended = False
 
     def heard(self, now: float, came: float | None = None) -> bool:
-        """Take note of frames; return whether they had stalled.
+        """Note frames; return whether they had stalled.
 
         Frames that arrived before the stall, and waited to be completed, change nothing.
 

@@ -38,7 +38,7 @@ class Body(msgspec.Struct, frozen=True):
     pixels: NDArray[np.float32]
 
 
-class CameraLost(PoseError):  # noqa: N818 - it is what happened
+class CameraLost(PoseError):  # noqa: N818 - it names the event
     """A camera that worked gives no more pictures."""
 
 

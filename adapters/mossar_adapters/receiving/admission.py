@@ -48,7 +48,7 @@ class Admission:
         return True
 
     def judge(self, host: str, port: int, *, sound: bool) -> None:
-        """Take note of whether an admitted datagram held something that could be used."""
+        """Note whether an admitted datagram held something that could be used."""
         self._nuisances.judge((host, port), sound=sound)
 
 
@@ -112,7 +112,7 @@ class Nuisances:
         return count % _TRIAL != 0
 
     def judge(self, sender: tuple[str, int], *, sound: bool) -> None:
-        """Take note of whether a datagram could be used."""
+        """Note whether a datagram could be used."""
         if sound:
             self._rubbish.pop(sender, None)
             return

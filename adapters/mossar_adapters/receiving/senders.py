@@ -114,7 +114,7 @@ class _Host:
         self._heard = float("-inf")  # s, when the latest of them came
 
     def heard(self, port: int, now: float) -> None:
-        """Take note of a datagram, which came at `now`, s."""
+        """Note a datagram, which came at `now`, s."""
         if port == self._main:
             self._count += 1
             self._heard = now
@@ -154,7 +154,7 @@ class _Host:
         return False
 
     def _add(self, port: int) -> None:
-        """Take note of a port of another program."""
+        """Note a port of another program."""
         if len(self._others) == MAX_SENDERS:
             self._others.clear()
         self._others.add(port)

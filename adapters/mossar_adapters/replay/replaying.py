@@ -17,7 +17,7 @@ class MotionSink(Protocol):
     """A sink of frames that can send rotations instead."""
 
     def announce_motion(self, motion: JointMotion) -> None:
-        """Take note of a recording with rotations."""
+        """Note a recording with rotations."""
 
     def send_motion(self, chunk: MotionChunk) -> None:
         """Hand rotations over."""

@@ -82,7 +82,7 @@ def bound_at(opened: zmq.Socket[bytes]) -> str:
 
 
 def can_read(opened: zmq.Socket[bytes]) -> bool:
-    """Return whether a message waits; asking costs half of what a failing attempt does."""
+    """Return whether a message waits; asking costs half as much as a failed attempt."""
     state: Any = opened.get(zmq.EVENTS)
     return bool(state & zmq.POLLIN)
 

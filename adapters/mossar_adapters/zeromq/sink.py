@@ -184,7 +184,7 @@ class Publisher:
         except zmq.Again:  # a subscriber's queue is full: only with this option does ZeroMQ tell
             if not self._logged:
                 self._logged = True
-                _log.warning("%s: a receiver is too slow; what it has no room for is lost to it", self._name)
+                _log.warning("%s: a receiver is too slow; it loses messages", self._name)
             self._socket.setsockopt(zmq.XPUB_NODROP, 0)
             try:
                 self._socket.send_multipart((topic, data), zmq.NOBLOCK)  # to the others

@@ -1,4 +1,4 @@
-"""What `simd.h` computes, in plain Python, number by number and in the same order: tests compare the two bit by bit."""
+"""The functions of `simd.h` in plain Python, number by number and in the same order, for tests bit by bit."""
 
 from typing import Any, Final
 
@@ -96,7 +96,7 @@ def spread_product(
     scale: float,
     floor: float,
 ) -> float:
-    """Multiply how far joints are spread, in `FACTORS` products side by side; see `spread_product` of simd.pxi."""
+    """Multiply the variances of joints, in `FACTORS` products side by side; see `spread_product` of simd.pxi."""
     product = np.ones(FACTORS)
     for joint in range(begin, end, FACTORS):
         for d in range(FACTORS):

@@ -1,4 +1,4 @@
-"""Neighbours: clients that connect and say nothing, and threads that share what they must not."""
+"""Neighbours: clients that connect and send nothing, and threads that misuse shared objects."""
 
 import contextlib
 import http.client
@@ -73,7 +73,7 @@ class IdleClients:
         self._open: list[socket.socket] = []
 
     def look(self) -> None:
-        """Fill up what is missing; called now and then."""
+        """Replace missing neighbours; called now and then."""
         self._open = [client for client in self._open if not _is_over(client)]
         for port in self._ports:
             for _ in range(_IDLE - sum(_port_of(client) == port for client in self._open)):
@@ -141,7 +141,7 @@ class Misuse:
         self._threads.shutdown(wait=False)
 
     def try_once(self) -> list[str]:
-        """Misuse a new segmenter and a new pool; return what went wrong."""
+        """Misuse a new segmenter and a new pool; return the faults."""
         segmenter, pool = Segmenter(SKELETON), Performers()
         pool.announce("ann", SKELETON)
         faults = []
@@ -156,7 +156,7 @@ class Misuse:
         return faults
 
     def _push(self, push: Push, begin: threading.Barrier) -> str:
-        """Push when the other thread does; return what went wrong, nothing if all is well."""
+        """Push when the other thread does; return the fault, empty if there is none."""
         begin.wait(30.0)
         try:
             push(self._still, self._times)

@@ -110,7 +110,7 @@ class LiveShow:
     # Methods for the pipeline.
 
     def announce(self, meta: Meta) -> None:
-        """Take note of a performer."""
+        """Note a performer."""
         self.recorder.announce(meta)
         self.teaching.announce(meta)
         with self._lock:

@@ -100,7 +100,7 @@ class Scene:
             self._aim_all()
 
     def know_window(self, size: Size) -> None:
-        """Take note of the size of a window, px."""
+        """Note the size of a window, px."""
         if self._windows[-1:] != [size]:
             self._windows = [*(known for known in self._windows if known != size), size][-_WINDOWS:]
             self._aim_all()

@@ -14,7 +14,7 @@ from ipaddress import ip_address
 from typing import Any
 
 HERE = "127.0.0.1"
-_ANYWHERE = {"", "0.0.0.0", "::"}  # noqa: S104 - what users write
+_ANYWHERE = {"", "0.0.0.0", "::"}  # noqa: S104 - of users
 _OURS = re.compile(r"https?://(127\.0\.0\.1|localhost|\[::1\])(:\d+)?")  # any port: it may be forwarded
 _COOKIE = "mossar"
 _KEY = "key="

@@ -1,7 +1,7 @@
 """Server of the page: a few files, and a line to each window, for this computer and invited devices.
 
 One thread serves all windows. Connections, windows and messages are bounded as those of every WebSocket here. Each window gets
-the newest state only, when it asks for it: a slow one sees fewer pictures, and nothing piles up. Orders of a window beyond what
+the newest state only, when it asks for it: a slow one sees fewer pictures, and nothing piles up. More orders of a window than
 a person clicks are ignored.
 """
 

@@ -55,7 +55,7 @@ class KnownJoints:
         return bool(self._held)
 
     def note(self, name: str) -> None:
-        """Take note of a joint.
+        """Note a joint.
 
         Raises:
             FrameError: If there are too many.

@@ -4,7 +4,7 @@ A bundle is no frame, and nothing in the protocol closes one. Seen in the wild: 
 neither OK nor T. The rules:
 
 ===========  ==================================================================================================
-message      what it does
+message      effect
 ===========  ==================================================================================================
 bone         opens a frame; if that bone is there already, closes the frame and opens the next
 Root         belongs to the open frame; if that has one already, closes it; before bones, to the next frame
@@ -78,7 +78,7 @@ class VmcFrames:
         return closed
 
     def ok(self, arrival: float) -> list[ClosedFrame]:
-        """Take note that the sender has sent a frame."""
+        """Note that the sender has sent a frame."""
         self.last = arrival
         if self._open is None:
             return []
