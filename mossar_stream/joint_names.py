@@ -273,7 +273,7 @@ def _side_within(key: str) -> tuple[str, str]:
 
 
 def find_joints(names: Sequence[str]) -> dict[str, int]:
-    """Return which joints are known by name.
+    """Return the joints that are known by name.
 
     Args:
         names: Of the joints of a skeleton.
@@ -426,7 +426,7 @@ _HEIGHTS = [
 
 
 def counterparts(names: Sequence[str]) -> list[int]:
-    """Return for each joint the one whose name differs in the side only; itself without a side, -1 if there is none.
+    """Return the counterpart of each joint, whose name differs in the side only; itself without a side, -1 if there is none.
 
     Example:
         >>> counterparts(["hips", "thumb_01_l", "thumb_01_r", "LeftEye", "lfingers", "rfingers"])

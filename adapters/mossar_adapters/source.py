@@ -85,7 +85,7 @@ class Recording(msgspec.Struct, frozen=True):
     """A recording on disk, opened by a reader of `mossar_adapters.files`.
 
     Args:
-        path: Where it lies.
+        path: Path of the file.
         skeleton: Joints in the order of the frames.
         fps: Nominal rate in Hz, None if the file only has times.
         chunks: Called for a fresh pass over the frames, from the first one.

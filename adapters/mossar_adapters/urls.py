@@ -98,7 +98,7 @@ def open_source(
         listener: Receives control messages (OSC).
         loop: Whether to play a recording again and again.
         people: Give performers slots instead of the sender's ids: how many, `"nearest"` or `"first"`.
-        remember: How long an absent person keeps its slot, s.
+        remember: Time for which an absent person keeps its slot, s.
 
     Raises:
         MossarError: If it cannot be opened; one line has the reason and the remedy.

@@ -118,7 +118,7 @@ cdef inline (double, double) noises_of_speed(Noise* noise, int64_t joints, bint 
 
     Args:
         noise: NOISE.
-        joints: How many can move relative to the centre.
+        joints: Number of joints that can move relative to the centre.
         is_filtered: Whether the speed is that of poses in the low-pass filter, see candidate_features.noise_of_speed.
     """
     cdef double now, quietest, added, share
@@ -180,7 +180,7 @@ cdef void _keep_bout(Activity* activity) noexcept nogil:
 cdef (double, double) active_span(
     Activity* activity, double begin, double end, double path, double late
 ) noexcept nogil:
-    """Return when the performer first and last moved in a segment, s; NaN if nothing moved.
+    """Return the times of the first and the last movement in a segment, s; NaN if nothing moved.
 
     Args:
         activity: Activity.

@@ -65,7 +65,7 @@ cdef void note_place(
         history: PoseHistory.
         body: See joint_pages.pxi; the features are those of the last frame.
         time: s, reported time of the key frame.
-        joints: How many can move relative to the centre.
+        joints: Number of joints that can move relative to the centre.
     """
     cdef int64_t place
     candidate.speed = scales.speed

@@ -46,7 +46,7 @@ cdef int64_t advance(
         params: Of the similarity measure.
         positions: (count, J, 3) m.
         times: (count,) s.
-        count: How many there are.
+        count: Their number.
         used: Set to how many were processed.
 
     Returns:
@@ -112,7 +112,7 @@ cdef inline bint _is_analysis_due(Row* state, Counting* counting, double time) n
 
 
 cdef inline Arrays _arrays_of(Row* row, Measure* params) noexcept nogil:
-    """Return where the arrays of a row lie."""
+    """Return the arrays of a row."""
     cdef uint8_t* begin = <uint8_t*>row
     cdef Plan* plan = &row.plan
     cdef Places* at = &row.at

@@ -80,7 +80,7 @@ def has_said_size(who: str, chunk: NDArray[Any], depth: int) -> bool:
     Args:
         who: The person.
         chunk: (n, J, 3) m, of which the first frame is looked at.
-        depth: How many calls above this one the user's is, as `warnings.warn` counts.
+        depth: Number of calls from the user's to this one, as `warnings.warn` counts.
     """
     if not len(chunk) or not np.isfinite(chunk[0]).any():
         return False

@@ -77,7 +77,7 @@ cdef int64_t place(int64_t j) noexcept nogil:
 
 
 cdef inline int64_t body_numbers(int64_t joints) noexcept nogil:
-    """Return how many numbers the body of so many joints has."""
+    """Return the length of a body with so many joints."""
     return (joints + PAGE - 1) // PAGE * PAGE_SIZE
 
 

@@ -258,7 +258,7 @@ cdef inline void _joints_measure(Floats page) noexcept nogil:
 
 
 cdef inline (float, float, float) _center_step(Plan* plan, Floats body) noexcept nogil:
-    """Return how far the centre moved when all joints are there."""
+    """Return the displacement of the centre when all joints are there."""
     cdef double x, y, z
     cdef int64_t j
     cdef float u, v, w
@@ -274,7 +274,7 @@ cdef inline (float, float, float) _center_step(Plan* plan, Floats body) noexcept
 
 
 cdef inline (float, float, float) _way(Floats body, int64_t k) noexcept nogil:
-    """Return how far a joint is from where it was last there."""
+    """Return the way of a joint from its last place."""
     return (body.at[k + X] - body.at[k + GOOD_X], body.at[k + Y] - body.at[k + GOOD_Y], body.at[k + Z] - body.at[k + GOOD_Z])
 
 

@@ -78,7 +78,7 @@ cdef inline int64_t best_pose(Window* w, int64_t open_slot, int64_t end_frame) n
 
 
 cdef int64_t _newer_poses(Window* w, int64_t frame) noexcept nogil:
-    """Return how many of the kept poses are of this frame or a later one, by bisection: a recording keeps many."""
+    """Return the number of kept poses of this frame or a later one, by bisection: a recording keeps many."""
     cdef int64_t low, high, middle
     low, high = 0, w.history.state.filled
     while low < high:

@@ -49,7 +49,7 @@ cdef double _smoothing(double cutoff, double dt) noexcept nogil:
 
 
 cdef (double, double, double) _step_of(Floats body, DoubleRows filtered, int64_t j) noexcept nogil:
-    """Return how far the filter moves a joint."""
+    """Return the step of a joint's filtered position."""
     cdef int64_t k
     cdef float weight
     cdef double x, y, z

@@ -26,7 +26,7 @@ cdef void narrow_positions(cnp.ndarray positions, int64_t begin, int64_t count, 
     Args:
         positions: (…, 3) m, in single or double precision.
         begin: First number, a multiple of 3.
-        count: How many.
+        count: Their number.
         origin: (3,) m.
         narrowed: (count,) m, set.
     """

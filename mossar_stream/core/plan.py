@@ -273,5 +273,5 @@ def shared_plan(skeleton: Skeleton, settings: Settings, fps: float | None, chann
 
 
 def history_size(seconds: float) -> int:
-    """Return how many poses cover `seconds`, with the speed window before them."""
+    """Return the number of poses that cover `seconds` and the speed window before them."""
     return int((seconds + SPEED_WINDOW + 2 * SPACING) / SPACING) + 4

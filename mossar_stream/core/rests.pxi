@@ -63,7 +63,7 @@ cdef void label_rests(Window* w, int64_t count) noexcept nogil:
 
 
 cdef inline double _shortest_rest(Window* w) noexcept nogil:
-    """Return how long a rest must last, s."""
+    """Return the least duration of a rest, s."""
     if w.plan.own_time == 0:
         return SHORTEST_REST
     return SHORTEST_REST + REST_GROWS * max(0.0, w.scales.own_time - REST_GROWS_FROM)
@@ -109,7 +109,7 @@ cdef (int64_t, int64_t) _keys_between(Window* w, int64_t count, double begin, do
 
 
 cdef int64_t _count_until(Doubles times, int64_t count, double time) noexcept nogil:
-    """Return how many of ascending times are at most this one, s."""
+    """Return the number of ascending times up to this one, s."""
     cdef int64_t low, high, middle
     low, high = 0, count
     while low < high:

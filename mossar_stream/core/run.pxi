@@ -157,7 +157,7 @@ cdef int64_t _step(
         room: To work in.
         positions: (count, J, 3) m.
         times: (count,) s.
-        count: How many there are.
+        count: Their number.
         used: Set to how many were processed.
 
     Returns:

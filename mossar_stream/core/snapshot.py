@@ -62,7 +62,7 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         repetitions: State of their events, with the setting.
         limbs: A snapshot of each limb, in their order.
         steps: State of the feet; None if steps are not reported.
-        follow: Which moves are to be followed.
+        follow: Moves to follow.
         followed: Their state; None if none are.
         poses: State of held poses; None if none are recognised.
         numbers: Numbers of the last events.
@@ -224,7 +224,7 @@ def restored_following(
     Args:
         known: Of `unpack_snapshot`.
         recognition: The same.
-        follow: Which moves are followed from now on; None as before.
+        follow: Moves to follow from now on; None as before.
         plan: Of the row.
         performer: Name.
 

@@ -20,7 +20,7 @@ class Explanation(msgspec.Struct, frozen=True):
         start: s; begin of the compared stretch.
         end: s; end of it.
         nearest: Name of the move that came nearest.
-        reason: Why it was not recognised: its `cost`; a `lead` that is too small, while a clear one would have
+        reason: Reason why it was not recognised: its `cost`; a `lead` that is too small, while a clear one would have
             been enough; another `posture`, without which the cost would have been low enough; `agreement`, if only one
             comparison said so; the move's own `pause`. Empty if it was recognised.
         cost: Of taking the movement for an example of the move: about 0.1 for the same, above 1 for others.

@@ -107,7 +107,7 @@ def positions_of(
     """Return the joints of a limb.
 
     Args:
-        limb: Which.
+        limb: The limb.
         frames: (n, J, 3) m, of the performer.
         middles: (n, 3) m, the mean of the performer's joints in each frame, for a limb that hangs on it.
 

@@ -56,7 +56,7 @@ cdef void describe_stretch(
         path: (H,) m, length of the path up to each pose, another ring.
         first: Number of the first pose.
         last: Number of the last one, above `first`, less than H later.
-        joints: How many there are.
+        joints: Number of joints.
         girdles: Four of these joints, see `facing_of`: the stretch is described as of a body that faces +z.
             Without hips (-1) it is not turned.
         found: Gets the description.

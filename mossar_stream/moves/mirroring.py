@@ -37,7 +37,7 @@ def other_side(name: str) -> str:
 
 
 def mirrored_joints(skeleton: Skeleton) -> list[int]:
-    """Return for each joint the one on the other side, or itself.
+    """Return the joint on the other side for each joint, or itself.
 
     Raises:
         MovesError: If the names tell no sides apart, or a joint has no counterpart.

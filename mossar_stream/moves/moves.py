@@ -273,7 +273,7 @@ class Moves:
         return self._compared(make_example("movement", positions, fps, len(skeleton), skeleton.root))[0]
 
     def oddity(self, place: int) -> Oddity | None:
-        """Return how an example differs from the others of its name: duration, posture or the movement itself.
+        """Return the differences of an example from the others of its name: duration, posture or the movement itself.
 
         Args:
             place: Of the example, in the order of `examples`.

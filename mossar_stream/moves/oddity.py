@@ -18,7 +18,7 @@ MOST_COST = 1.0  # of taking an example for the nearest other
 
 
 class Oddity(msgspec.Struct, frozen=True):
-    """How an example differs from the others of its name.
+    """The differences of an example from the others of its name.
 
     Args:
         differences: In which respects; never empty.
@@ -40,7 +40,7 @@ class Oddity(msgspec.Struct, frozen=True):
 def oddity_of(
     seconds: float, others: np.ndarray, postures: np.ndarray, costs: np.ndarray, nearest: tuple[str, float]
 ) -> Oddity | None:
-    """Return how an example differs from the others of its name; None if it does not.
+    """Return the differences of an example from the others of its name; None if there are none.
 
     Args:
         seconds: Of the example's movement.

@@ -18,7 +18,7 @@ cdef inline bint is_new(int64_t frames, double time, double latest, double spaci
     """Return whether to process a frame: late ones are dropped; a time that was set back begins anew.
 
     Args:
-        frames: How many were processed so far.
+        frames: Number of frames processed so far.
         time: s, of the frame.
         latest: s, of the last frame that was processed.
         spacing: s, least time between two.
@@ -79,7 +79,7 @@ cdef inline bint is_hidden(JointPair* points, int64_t k, FloatRows positions) no
 
 
 cdef inline (float, float, float) _place_of(JointPair* point, FloatRows positions) noexcept nogil:
-    """Return where a point lies in a frame, m; NaN if a joint is missing."""
+    """Return the position of a point in a frame, m; NaN if a joint is missing."""
     cdef const float* one
     cdef const float* other
     cdef float half

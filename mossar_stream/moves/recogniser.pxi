@@ -125,7 +125,7 @@ cdef int64_t recognise(
         memory: Of the performer.
         store: The examples.
         positions: (joints, 3) m; NaN where a joint is missing.
-        joints: How many there are.
+        joints: Number of joints.
         time: s.
 
     Returns:

@@ -21,7 +21,7 @@ def memory_of(memory: NDArray[np.uint8], joints: int, moves: int) -> dict[str, N
     Args:
         memory: Of a performer.
         joints: Of the examples.
-        moves: How many there are.
+        moves: Number of moves.
     """
     return parts_of(memory, move_memory_parts(joints, moves))
 

@@ -37,7 +37,7 @@ cdef int64_t match_frame(
         memory: Of the performer.
         store: The bank.
         positions: (joints, 3) m; NaN where a joint is missing.
-        joints: How many there are.
+        joints: Number of joints.
         time: s.
 
     Returns:

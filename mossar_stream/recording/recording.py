@@ -231,7 +231,7 @@ class Result:
         """Draw the segments and key frames, with the velocity curve if `curves=True` kept it.
 
         Args:
-            level: Which segments; those of the settings if None.
+            level: Level of the segments; that of the settings if None.
             axes: Of matplotlib; a new figure's if None.
 
         Returns:

@@ -25,7 +25,7 @@ class Followers(NamedTuple):
 
     Attributes:
         recognition: Of moves.
-        followed: Which moves are to be followed.
+        followed: Moves to follow.
         alignment: Their alignment.
         holding: The recognition of held poses.
         stepping: Steps.
@@ -51,7 +51,7 @@ class Followers(NamedTuple):
         """Return the numbers of the last events: of the present readers, else of the last ones in this take.
 
         Args:
-            take: Which.
+            take: Number of the take.
             followed: `Alignment.numbers`, if not as they are.
         """
         known = self.kept if take == self.kept_take else Numbers(moves=self.kept.moves)
@@ -97,7 +97,7 @@ class Followers(NamedTuple):
         """Return the readers with another alignment, and the events that the change decides.
 
         Args:
-            followed: Which moves are to be followed.
+            followed: Moves to follow.
             alignment: Their alignment.
             take: Number of the take.
         """
@@ -156,7 +156,7 @@ def followers_of(
         plan: Of the body.
         performer: Name.
         recognition: Of moves.
-        followed: Which moves are to be followed.
+        followed: Moves to follow.
         alignment: Their alignment.
     """
     holding = _holding_of(recognition, plan, performer)

@@ -59,7 +59,7 @@ class Segmenter:
 
     Attributes:
         performer: The name.
-        joints: How many there are.
+        joints: Number of joints.
         core: The owner of all memory, which processes the frames.
 
     A segmenter is used by one thread at a time; different ones may run in different threads.
@@ -273,9 +273,9 @@ class Segmenter:
     def level(self) -> LevelName | float:
         """The level: `posture`, `motion`, `cluster` or a strength.
 
-        Setting it acts at once on the undecided key frames and computes nothing again; the events come with the
-        next push. A name that works with other settings than those in force is refused with a `SettingsError`:
-        `change(level=...)` starts a new take with them.
+        A new level acts at once on the undecided key frames, without a new ranking; the events come with the next push. A
+        name that needs other settings than those in force is refused with a `SettingsError`: `change(level=...)` starts
+        a new take with them.
         """
         return self._level
 

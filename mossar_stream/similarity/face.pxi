@@ -114,7 +114,7 @@ def sum_of_paths(cnp.ndarray vertex_weights, cnp.ndarray edges, cnp.ndarray edge
         vertex_weights: (V,) float64.
         edges: (E, 2) int64.
         edge_weights: (E,) float64.
-        turns: How often.
+        turns: Number of computations.
 
     Raises:
         ValueError: More edges, or vertices, than are supported.

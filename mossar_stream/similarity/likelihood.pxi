@@ -66,7 +66,7 @@ cdef void likelihood_add_joint(
         summary: Of the segment.
         pose: (4, padded joints) m relative to the centre (3) and log speed (1); x is NaN where a joint does not count.
         joints: J.
-        j: Which joint.
+        j: Index of the joint.
     """
     cdef int64_t row, k, side, i, at = params.sums.start + params.sums.positions + params.sums.speeds
     cdef float distance

@@ -62,7 +62,7 @@ def are_sound(settings: ResolvedSettings, params: NDArray[np.void], slots: NDArr
     cost, and would never find one that is NaN.
 
     Args:
-        settings: Which measure.
+        settings: They name the measure.
         params: Of `make_params`.
         slots: (n, slot).
     """

@@ -117,7 +117,7 @@ cdef void add_resting_joint(Sums* sums, Doubles summary, FloatRows pose, int64_t
         sums: Of the measure.
         summary: Of the segment.
         pose: (4, padded joints) m relative to the centre (3) and log speed (1).
-        j: Which joint.
+        j: Index of the joint.
     """
     cdef int64_t axis, at = sums.start
     for axis in range(4):

@@ -39,7 +39,7 @@ class Gait(msgspec.Struct, frozen=True):
     """Medians of the steps of a recording; None where there are too few.
 
     Args:
-        steps: How many strikes.
+        steps: Number of strikes.
         cadence: Steps a minute, by the median step time.
         step_time: Median of each side, s.
         stance: Median of each side, s.

@@ -419,7 +419,7 @@ cdef bint _near_move(double* move, double* other) noexcept nogil:
 
 
 cdef int64_t _moves_like(double[4]* moves, int64_t* of, int64_t count, double* move, int64_t f) noexcept nogil:
-    """Return how many velocities of a foot, or of both for -1, are near one."""
+    """Return the number of velocities of a foot, or of both for -1, near one."""
     cdef int64_t k, found
     found = 0
     for k in range(count):
@@ -555,7 +555,7 @@ cdef void _land(Steps* own, int64_t f, Foot* foot, double speed, int64_t number,
 
 
 cdef double _crossing(Foot* foot, int64_t at, double level) noexcept nogil:
-    """Return when the speed crossed a level between sample `at` and the one before, s."""
+    """Return the time at which the speed crossed a level between sample `at` and the one before, s."""
     cdef double share
     cdef int64_t b, a
     b, a = at % FOOT_RING, (at - 1) % FOOT_RING

@@ -62,7 +62,7 @@ def performed(
     """Return positions (n, J, 3) m with y up, times (n,) s, and the true events of a performer that stands, steps, and stands.
 
     Args:
-        gait: How.
+        gait: The gait.
         seconds: For how long.
         fps: Hz.
         noise: Standard deviation of the sensor's noise, m.

@@ -48,7 +48,7 @@ def load(transport: str, frames: int, fps: float, joints: int) -> str:
 
     Args:
         transport: `osc` or `zmq`.
-        frames: How many.
+        frames: Number of frames.
         fps: Per second.
         joints: Of each frame.
     """

@@ -20,7 +20,7 @@ class Crowd(NamedTuple):
         positions: (P, n, J, 3) m.
         times: (n,) s.
         ids: Of each moment, the id of each person; `HIDDEN` if there is none.
-        slots: How many there are; fewer than people in some crowds.
+        slots: Number of slots; fewer than people in some crowds.
     """
 
     positions: NDArray[np.float64]

@@ -129,7 +129,7 @@ def start(index: int, number: signal.Signals, after: float) -> Outcome:
 
     Args:
         index: Of the start.
-        number: Which signal.
+        number: The signal.
         after: s.
     """
     process = subprocess.Popen(  # noqa: S603 - our own interpreter

@@ -57,7 +57,7 @@ class LiveView:
     """Shows key frames; implements `Sink` and takes frames. Counts them even when nothing is shown.
 
     Args:
-        console: Where lines go.
+        console: Receives the lines.
         sources: True cuts of the built-in performers among them are shown, too.
         visible: Whether to show anything before the end.
         emission: Which events are shown; all are counted.

@@ -29,7 +29,7 @@ class Story(LiveView):
     """Shows a performance: the performer, `moving` and `resting` at once, each key frame once, when it is decided.
 
     Args:
-        console: Where lines go.
+        console: Receives the lines.
         sources: The built-in performers; their true cuts are the truth.
         options: Of `LiveView`.
     """

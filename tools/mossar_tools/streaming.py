@@ -49,7 +49,7 @@ def stream(
 
     Args:
         options: The user's options.
-        console: Where words go.
+        console: Receives the words.
         page_only: Whether the dashboard is all there is to see, unless sinks are named.
         server: Of the page for players, which is shown in place of the dashboard; None for the dashboard.
         view_of: The view of a terminal.

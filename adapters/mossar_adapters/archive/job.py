@@ -34,7 +34,7 @@ class Progress(msgspec.Struct):
     """Progress of a job.
 
     Args:
-        recordings: How many there are.
+        recordings: Number of recordings.
         done: Read and segmented, by former runs too.
         broken: In the errors table, by former runs too.
         frames: Segmented by this run.
@@ -75,8 +75,8 @@ def run(
     Args:
         source: Folder or URL.
         target: Folder or URL, empty unless `resume`.
-        settings: How to segment.
-        reading: How to read.
+        settings: Settings of the segmenters.
+        reading: Options of reading.
         moves: That are recognised.
         follow: Names of those that are followed, or True for all.
         resume: Whether to go on where a job was cut short.

@@ -137,7 +137,7 @@ def beats(
     Args:
         moves: The moves.
         rng: Chooses sizes and pauses that the moves leave open.
-        place: Where the performer starts, and stays near.
+        place: Place at which the performer starts, and stays near.
         tempo: 2 is twice as fast, jumps excepted.
 
     Yields:

@@ -52,7 +52,7 @@ class Script:
     """Collects the strokes of one move, which starts from and ends in its posture.
 
     Args:
-        stance: Where the move starts; x, z and yaw in its strokes are seen from there.
+        stance: Place at which the move starts; x, z and yaw in its strokes are seen from there.
         start: Seconds from the start of the performance.
         pace: Factor on all times of the move.
         posture: (C,) the posture of the move, seen from the stance.

@@ -46,7 +46,7 @@ class DemoSource:
     Args:
         seed: 0 or more.
         style: Rate, tempo and sensor.
-        performers: How many.
+        performers: Number of performers.
         performer: Name of a single performer.
         seconds: Where to stop.
         moves: The moves, see `performance`; None for default moves.

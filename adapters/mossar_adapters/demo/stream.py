@@ -60,7 +60,7 @@ def stream(
         most_moves: At most so many moves.
         seconds: Where to stop; None for the end of the moves.
         performer: Name.
-        place: Where the performer starts, x and z in metres.
+        place: Place at which the performer starts, x and z in metres.
 
     Raises:
         SettingsError: If a move is unknown, the seed negative or the length not positive.

@@ -60,7 +60,7 @@ def performance(
         drop: Share of frames.
         performer: Name.
         tempo: 1 is ordinary.
-        place: Where the performer starts, x and z in metres.
+        place: Place at which the performer starts, x and z in metres.
 
     Raises:
         SettingsError: If a value is out of its range, there is no such move, or there would be more than

@@ -49,7 +49,7 @@ def bvh_text(path: Path, options: ReadOptions, left_out: Collection[str] = ()) -
     """Return a recording as BVH; None if it has no rotations.
 
     Args:
-        path: Where it lies.
+        path: Path of the file.
         options: How it is read.
         left_out: Joints that are no part of the body. Those of a BVH from the topmost one down to the body are left out.
 

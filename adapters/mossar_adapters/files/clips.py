@@ -30,7 +30,7 @@ def check_clips(folder: Path, read: Sequence[str] = (), *, replace: bool) -> Non
     """Check that clips can be written to a folder, which is made if it is not there.
 
     Args:
-        folder: Where to.
+        folder: Target folder.
         read: Recordings that are read, none of which a clip replaces.
         replace: Whether files in the folder may be replaced.
 

@@ -141,7 +141,7 @@ def read(path: str | Path, **options: Any) -> LoadedRecording:
     """Read a recording of any format in one call.
 
     Args:
-        path: Where it lies.
+        path: Path of the file.
         options: Fields of `ReadOptions`: `unit`, `fps`, `skeleton`, `root`, `joints`, `performer`, `allow_2d`.
 
     Raises:

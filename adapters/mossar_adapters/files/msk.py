@@ -91,7 +91,7 @@ class MskWriter:
     Every chunk is handed to the operating system at once, so that it survives a crash of the program.
 
     Args:
-        path: Where to write.
+        path: Path of the file.
         force: Whether to replace a file that is there.
         position: Go on at this byte of a recording that is there.
 

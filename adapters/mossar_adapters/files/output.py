@@ -44,7 +44,7 @@ class OutputFile:
     """A file that only grows.
 
     Args:
-        path: Where it lies.
+        path: Path of the file.
         replace: Whether to replace one that is there; one that is empty always is.
         position: Go on at this byte of one that is there.
         whole: Returns where the last whole record ends in so many bytes of a file.

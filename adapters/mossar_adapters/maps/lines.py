@@ -45,7 +45,7 @@ class LineDecoder:
 
         Args:
             data: Any number of lines, whole or not.
-            arrival: When they came, s.
+            arrival: Time of arrival, s.
         """
         *lines, self._rest = (self._rest + data).split(b"\n")
         for line in lines:

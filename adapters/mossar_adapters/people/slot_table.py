@@ -56,7 +56,7 @@ class SlotTable:
     Args:
         people: How many slots; `"nearest"` or `"first"`: one, for the person nearest to the origin, or for the one that came
             first and is still there.
-        remember: How long an absent person keeps its slot from being given to others as if it were new, s.
+        remember: Time for which an absent person keeps its slot, s; then others get it as a new one.
 
     Raises:
         SettingsError: If there cannot be so many, or `remember` is no number from 0.

@@ -52,9 +52,9 @@ class PeopleSource:
     """Passes a source on under the names of slots; all else about it is the source's own.
 
     Args:
-        source: Where frames come from; its performers' names are the sender's ids.
+        source: Source of the frames; its performers' names are the sender's ids.
         people: How many slots, or `"nearest"` or `"first"`; see `Slots`.
-        remember: How long an absent person keeps a slot, s.
+        remember: Time for which an absent person keeps a slot, s.
     """
 
     def __init__(self, source: Source, people: People, remember: float = REMEMBERED) -> None:

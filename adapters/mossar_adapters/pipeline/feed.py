@@ -18,7 +18,7 @@ class Feed:
     Args:
         source: The source to read.
         index: Its number.
-        inbox: Where its items go.
+        inbox: Receives its items.
     """
 
     def __init__(self, source: Source, index: int, inbox: Inbox) -> None:

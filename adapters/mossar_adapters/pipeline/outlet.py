@@ -52,7 +52,7 @@ class Outlet:
     """Hands parcels to a sink, in a thread of its own unless the sink is prompt.
 
     Args:
-        sink: Where they go; one that has `send_frames` gets frames as well.
+        sink: Receives them; one that has `send_frames` gets frames as well.
         waits: Whether to wait for room instead of dropping the oldest parcels.
         delivered: Called with each parcel that was handed over, by the thread that did it.
         gives_up: Asked while waiting for room; True means that the program is to end.

@@ -56,7 +56,7 @@ class CheckedSource:
     `HELD` frames, which wait so long. A joint that is no part of the body is named in a new `Meta`. Frames keep it.
 
     Args:
-        source: Where frames come from.
+        source: Source of the frames.
         options: The user's unit and centre take precedence.
     """
 
@@ -180,7 +180,7 @@ class BodySource:
     """Passes on a source without the joints that are no part of the body.
 
     Args:
-        source: Where frames come from.
+        source: Source of the frames.
     """
 
     def __init__(self, source: Source) -> None:

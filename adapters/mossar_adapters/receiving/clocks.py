@@ -48,7 +48,7 @@ class Clocks:
         Args:
             sender: Which.
             sent: The frame's time on the sender's clock, s.
-            arrival: When it came, s.
+            arrival: Time of arrival, s.
         """
         clock = self._clocks.get(sender)
         shared = sent if self._ahead is None else arrival + self._ahead

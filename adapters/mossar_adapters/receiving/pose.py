@@ -17,7 +17,7 @@ class Pose(msgspec.Struct):
     Args:
         performer: Name.
         positions: (J, 3), metres, NaN where missing.
-        arrival: When it came, s.
+        arrival: Time of arrival, s.
         time: The sender's time, s, or None.
         confidence: (J,) or None.
         skeleton: Of these positions; None for the one announced before.

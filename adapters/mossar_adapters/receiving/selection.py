@@ -24,7 +24,7 @@ class SelectedSource:
     """Passes on some of a source; everything else about it (counters, explain, pacer) is the source's own.
 
     Args:
-        source: Where frames come from.
+        source: Source of the frames.
         options: `joints`, `root` and `performer` count here.
     """
 

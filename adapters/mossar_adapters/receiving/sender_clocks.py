@@ -134,7 +134,7 @@ class SenderClock(Generic[Kept]):
         Args:
             kept: The frame.
             sent: Its time on the sender's clock.
-            arrival: When it came, s.
+            arrival: Time of arrival, s.
         """
         frame = _Held(kept, sent, arrival)
         if self.verdict.ahead is not None:

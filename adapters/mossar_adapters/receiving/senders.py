@@ -44,7 +44,7 @@ class Senders:
         Args:
             host: Of the sender.
             port: The same.
-            now: When its datagram came, s.
+            now: Time of its arrival, s.
             until: A later time until which nothing else came from the host, s.
         """
         if self._latest != (host, port):
@@ -124,7 +124,7 @@ class _Host:
 
         Args:
             port: Of a datagram.
-            now: When it came, s.
+            now: Time of arrival, s.
             until: When nothing else had come, s.
         """
         if port == self._main:

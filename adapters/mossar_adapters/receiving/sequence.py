@@ -11,7 +11,7 @@ class Sequences:
     """The latest `seq` of each performer.
 
     Args:
-        counters: Where gaps are counted.
+        counters: They count gaps.
     """
 
     def __init__(self, counters: Counters) -> None:

@@ -42,7 +42,7 @@ class Steady:
         """Return the time of the next frame, later than that of the frame before.
 
         Args:
-            arrival: When it came, s.
+            arrival: Time of arrival, s.
         """
         error = arrival - self._place - self._step
         if self._count < 2 or abs(error) > LOST:

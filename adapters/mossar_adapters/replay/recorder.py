@@ -24,7 +24,7 @@ class Recorder:
 
     Args:
         source: Read in a thread of its own.
-        sink: Where frames go; closed at the end.
+        sink: Receives the frames; closed at the end.
         seconds: Stop after so much time of the stream; None for no limit.
     """
 

@@ -28,7 +28,7 @@ class Replay:
 
     Args:
         source: Paces itself.
-        sinks: Where frames go.
+        sinks: Receive the frames.
         motion: Rotations of the same recording, for sinks that send them; None if it has none.
     """
 

@@ -44,7 +44,7 @@ def open_socket(
     Args:
         context: Its context.
         kind: `zmq.SUB`, `zmq.XPUB`, `zmq.REP`.
-        address: Where.
+        address: Address of the socket.
         options: Socket options; queue lengths only count if they are set before.
 
     Raises:

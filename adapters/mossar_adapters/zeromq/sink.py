@@ -127,7 +127,7 @@ class Publisher:
     """An XPUB socket with the latest metas.
 
     Args:
-        address: Where.
+        address: Address of the socket.
     """
 
     def __init__(self, address: Address) -> None:

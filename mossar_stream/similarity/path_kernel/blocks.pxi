@@ -179,5 +179,5 @@ cdef inline int64_t _states(const Twins* twins) noexcept nogil:
 
 
 cdef inline size_t subset_room(const Twins* twins) noexcept nogil:
-    """Return how many bytes `subset_sum` needs: a set of groups and a number for each of them, for each state."""
+    """Return the bytes that `subset_sum` needs: a set of groups and a number for each of them, for each state."""
     return <size_t>_states(twins) * (1 + <size_t>twins.count) * sizeof(double)

@@ -161,7 +161,7 @@ cdef BlockSum _graph_block_sum(
         graph: The graph.
         parent: Vertex of the block nearest the root.
         others: Its other vertices.
-        count: How many these are.
+        count: Their number.
         rank: (V,) scratch, zero at first.
     """
     cdef Block block

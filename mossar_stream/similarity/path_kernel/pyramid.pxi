@@ -174,7 +174,7 @@ cdef void merge_moments(PathKernel* params, Doubles target, Doubles other) noexc
 
 
 cdef inline int64_t _bins_of_both(const double* clock, int64_t first, int64_t last) noexcept nogil:
-    """Return how many bins reach from the earlier of the two first ones to the later of the two last ones."""
+    """Return the number of bins from the earlier of the two first ones to the later of the two last ones."""
     return max(<int64_t>clock[CLOCK_LAST], last) - min(<int64_t>clock[CLOCK_FIRST], first) + 1
 
 

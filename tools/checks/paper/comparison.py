@@ -24,7 +24,7 @@ class Comparison:
         size: Length of the later segment, pieces.
 
     Attributes:
-        pieces: How many there are; piece i begins at `starts[i]`.
+        pieces: Number of pieces; piece i begins at `starts[i]`.
         starts: (pieces,) s.
 
     Raises:

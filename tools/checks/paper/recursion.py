@@ -29,7 +29,7 @@ class Split(msgspec.Struct, frozen=True):
 
     Args:
         time: s.
-        strength: How unlike the two parts are.
+        strength: Strength between the two parts.
         parts: The splits of the two parts.
     """
 

@@ -22,8 +22,8 @@ def overview(charts: list[Chart], start: float, end: float) -> str:
 
     Args:
         charts: Performers, one row each.
-        start: Where the recording begins, s.
-        end: Where it ends, s.
+        start: Begin of the recording, s.
+        end: End of it, s.
     """
     span = max(end - start, 1e-3)
     high = (OVERVIEW - _AXIS - 6) / max(len(charts), 1)
@@ -43,8 +43,8 @@ def place(start: float, end: float, window: tuple[float, float], now: float) -> 
     """Return the places of the chart and the playhead in the recording, as HTML to lie upon it.
 
     Args:
-        start: Where the recording begins, s.
-        end: Where it ends, s.
+        start: Begin of the recording, s.
+        end: End of it, s.
         window: From and to of the chart, s.
         now: The playhead, s.
     """

@@ -11,7 +11,7 @@ def save_settings(folder: Path, settings: Settings, level: LevelName | float, st
     """Write settings into a new file and return its path.
 
     Args:
-        folder: Where to.
+        folder: Target folder.
         settings: As they are now; `level` as it was at the start.
         level: As it is now.
         strength: The strength of `level`.
