@@ -102,7 +102,7 @@ def _last_rest(placed: NDArray[np.float64], least: int) -> tuple[int, int]:
         while first > 0 and _stray(placed[first - 1 : first], middle) <= MOST_STRAY:
             first -= 1
         return first, last
-    raise MovesError(f"no pose is held in these frames; a pose is held for at least {LEAST_REST:g} s")
+    raise MovesError(f"nothing is held in these frames; a pose is held for at least {LEAST_REST:g} s")
 
 
 def _stray(frames: NDArray[np.float64], middle: NDArray[np.float64]) -> float:
