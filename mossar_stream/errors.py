@@ -25,7 +25,7 @@ class FrameError(MossarError, ValueError):
 
 
 class MovesError(MossarError, ValueError):
-    """An example, a move's name or a file of moves cannot be used; the message says which and why."""
+    """An example, a move's name or a file of moves cannot be used; the message names it and the reason."""
 
 
 class SnapshotError(MossarError, ValueError):

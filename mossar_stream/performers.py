@@ -38,7 +38,7 @@ class _Absent(msgspec.Struct, frozen=True):
     """The part of a performer that outlasts a segmenter."""
 
     counts: dict[str, int]  # see `Segmenter.counts`
-    own: Settings | None  # settings of the performer's own, as far as they are in
+    own: Settings | None  # settings of the performer's own, if it has any
     fields: tuple[str, ...]
 
     @property
@@ -125,7 +125,7 @@ class Performers:
 
     @property
     def settings(self) -> Settings:
-        """Settings of the performers to come; `level` as it is now."""
+        """Settings of new performers, with the present level."""
         return self._settings.replace(level=self._level)
 
     def announce(self, performer: str, skeleton: Skeleton, fps: float | None = None) -> list[Event]:

@@ -249,7 +249,7 @@ def openni_parents(names: Sequence[str]) -> tuple[tuple[int, ...], int]:
 
 
 def by_count(count: int) -> Skeleton | None:
-    """Return the set for unnamed poses of pose estimators, which are told apart by their number of joints."""
+    """Return the set for unnamed poses of pose estimators, which differ in their number of joints."""
     return {17: COCO_17, 33: BLAZEPOSE_33, 25: BODY_25, 18: BODY_18}.get(count)
 
 

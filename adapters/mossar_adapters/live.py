@@ -28,7 +28,7 @@ class Counters(msgspec.Struct):
         gaps: Frames that the sender numbered but that never came.
         retimed: Frames with another time than the sender's, because its clock does not run, or not in seconds.
         skipped: Frames that came before the program was ready, and were discarded.
-        seen: A few addresses or topics with how often they came, whether used or not.
+        seen: A few addresses or topics with their counts, used or not.
         last_error: Why the last malformed one could not be used.
     """
 
@@ -82,7 +82,7 @@ class Skipped:
                 self.kept.append(item)
 
     def log(self, name: str) -> None:
-        """Log how many frames it was, of the source of that name."""
+        """Log the number of frames, with the name of the source."""
         if self._span is None:
             return
         first, last = self._span

@@ -10,7 +10,7 @@ from mossar_stream import Event, Frames
 class Sink(Protocol):
     """Takes events. Never blocks for long: events for a slow receiver are dropped and counted.
 
-    Its methods are called one at a time, and but for those that say `prompt = True` from one thread. A prompt sink
+    Its methods are called one at a time, and from one thread, except those with `prompt = True`. A prompt sink
     never blocks, so events go to it without a detour through a thread of its own. `abilities.py` lists
     the optional members of a sink.
     """

@@ -92,7 +92,7 @@ class Recording(msgspec.Struct, frozen=True):
         notes: Notes for the user, one line each (the unit that was guessed, rows skipped).
         frame_count: Number of frames if known without reading them all.
         performers: Names of the performers if there are several; they share the skeleton.
-        up: The axis that the file says points upwards.
+        up: The axis that points upwards, by the file.
         metres: One unit of the file, m.
         reference: Joints that are no part of the body, as in `Meta`.
     """

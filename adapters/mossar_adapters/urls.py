@@ -97,7 +97,7 @@ def open_source(
         speed: Pace of recordings and of `demo:`; 1 is real time.
         listener: Receives control messages (OSC).
         loop: Whether to play a recording again and again.
-        people: Give performers slots instead of the sender's ids: how many, `"nearest"` or `"first"`.
+        people: Give performers slots instead of the sender's ids: their number, `"nearest"` or `"first"`.
         remember: Time for which an absent person keeps its slot, s.
 
     Raises:

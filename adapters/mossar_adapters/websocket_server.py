@@ -1,6 +1,6 @@
 """The WebSocket server under the sink and the source: a thread of its own, few connections, known pages only.
 
-A browser lets any page connect to this computer and says which page it is: by default only pages of this computer
+A browser lets any page connect to this computer and names the page: by default only pages of this computer
 are served, and programs, which name no page.
 """
 
@@ -28,7 +28,7 @@ OPTIONS = {
 MAX_CLIENTS = 64
 MAX_WAITING = 64  # connections that have not asked for a WebSocket yet; beyond them the oldest is cut off
 _LOCAL = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
-_CLOSE = 0.5  # s that clients have to say goodbye
+_CLOSE = 0.5  # s for the closing handshake of clients
 _DRAIN = 0.25  # s that clients have to take the last messages
 Serve = Callable[["ServerConnection"], Awaitable[None]]
 Drain = Callable[[], list[Awaitable[None]]]
@@ -45,7 +45,7 @@ class WebSocketServer:
         max_in: Bytes of the longest message that clients may send.
         answer: Called with each request; returns an answer that is no WebSocket, such as a page or a refusal, or None to let
             the client in. By default it refuses pages by the option `origin`.
-        patience: Seconds that an answer may take to arrive, and that clients have to say goodbye.
+        patience: Seconds that an answer may take to arrive, and for the closing handshake.
 
     Attributes:
         port: Where it listens.

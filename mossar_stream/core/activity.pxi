@@ -38,7 +38,7 @@ cdef struct ActivityState:
     int32_t joint  # the fastest one when the performer began to move
     int64_t bouts  # that are kept
     double since  # s, when the state began; the take's start at first
-    double before  # s, how long the state before it lasted; NaN at first
+    double before  # s, duration of the state before it; NaN at first
     # s; at rest the first frame above the upper line, inf if there is none; in motion the last one above the lower line
     double above
 

@@ -96,7 +96,7 @@ cdef inline double noise_of_speed(Noise* noise, int64_t joints) noexcept nogil:
 
 
 cdef Features features_of(Candidate* candidate, Scales* scales, bint own_time, double noise, int64_t joints) noexcept nogil:
-    """Return `Features` of a key frame that is confirmed; `noise` in m/s, `joints` is how many can move."""
+    """Return `Features` of a key frame that is confirmed; `noise` in m/s, `joints` is the number that can move."""
     cdef double size = extent(scales), tempo = tempo_of(scales, own_time)
     return Features(candidate.speed, candidate.rest_distance / size, size, usual_speed(scales), tempo, noise, joints)
 

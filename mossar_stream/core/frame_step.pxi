@@ -47,7 +47,7 @@ cdef int64_t advance(
         positions: (count, J, 3) m.
         times: (count,) s.
         count: Their number.
-        used: Set to how many were processed.
+        used: Set to the number of processed frames.
 
     Returns:
         DONE if all frames were processed; else the caller's next step: HAPPENED `step_window`, TAKE_ENDS end the take before
@@ -84,7 +84,7 @@ cdef int64_t advance(
             if plan.ends_alone == 1 and not is_empty(frame):
                 note_shown(clock)
             count_frame(clock, &state.counters)
-            state.counters.unseen += 1 if state.joints.present == 0 else 0  # as the last that was looked at
+            state.counters.unseen += 1 if state.joints.present == 0 else 0  # like the last judged frame
             continue
         if place != IN_VAIN and clock.open == 1 and ring_is_full(&state.velocity, a.ring_time, time, plan.window):
             if plan.ring < MOST_STEPS:
@@ -326,7 +326,7 @@ cdef inline void _describe(Row* state, Arrays* a, double dt, bint first) noexcep
         offset = <float>(SPEED_OFFSET * usual_speed(&state.scales))
     if state.joints.arrived == 1:
         add_newcomers(&a.joints, &a.segment, &a.history, a.filtered, logf(offset))
-    kept = moved = 0.0  # weights for poses as they are
+    kept = moved = 0.0  # weights for unfiltered poses
     if filtered:
         kept, moved = smoothing_weights(dt)
     localise(&a.joints, kept, moved)

@@ -54,7 +54,7 @@ def checked(
 
 
 def given_positions(values: ArrayLike) -> NDArray[Any]:
-    """Return positions as they were given, in single or double precision, contiguous and writeable."""
+    """Return the given positions in single or double precision, contiguous and writeable."""
     if type(values) is np.ndarray and values.dtype in (FLOAT32, FLOAT64) and values.flags.carray:
         return values
     refuse_other_than_arrays(values)
@@ -79,7 +79,7 @@ def has_said_size(who: str, chunk: NDArray[Any], depth: int) -> bool:
 
     Args:
         who: The person.
-        chunk: (n, J, 3) m, of which the first frame is looked at.
+        chunk: (n, J, 3) m; the first frame is measured.
         depth: Number of calls from the user's to this one, as `warnings.warn` counts.
     """
     if not len(chunk) or not np.isfinite(chunk[0]).any():

@@ -1,6 +1,6 @@
 """Joint pages: the numbers of each joint, laid out so that loops over joints vectorise.
 
-A loop is vectorised only where the compiler sees that the arrays it works on do not overlap. So they all lie in one
+A loop is vectorised only where the compiler sees that its arrays do not overlap. They therefore all lie in one
 array, a constant distance apart: pages of `PAGE` joints, in each page one line for every number that is kept of a
 joint. Joint j's number N is `body[place(j) + N]`; a loop over a page's joints takes `page[j + N]`, and all of a page,
 for loops of a length that the compiler knows are straight-line code. Padding joints stay 0, or are ignored.

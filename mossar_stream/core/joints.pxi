@@ -1,4 +1,4 @@
-"""Joints of one frame: which are there, and how far each moved relative to the body centre.
+"""Joints of one frame: the visible ones, and the displacement of each relative to the body centre.
 
 Localisation is step 1 of the paper's preprocessing (3.1.1): positions relative to the body centre, so that the
 place of the performer does not matter. Displacements of localised joints are differences of displacements; this file
@@ -28,7 +28,7 @@ cdef struct JointsState:
     int64_t complete  # whether all joints were there in the last frame
     int64_t arrived  # whether one is there for the first time in this take
     int64_t returned  # whether one is there again after it was left out; WORK says which
-    int64_t present  # how many were there in the last frame
+    int64_t present  # number of those in the last frame
     int64_t unbroken  # complete frames that `tracked` does not have yet
     int64_t moving  # joints seen in this take that can move relative to the centre, at least 1
     # m, from the mean of the joints seen in this take to the centroid: arriving joints must not move it.
@@ -184,7 +184,7 @@ cdef bint counts(Joints* joints, int64_t j) noexcept nogil:
 
 
 cdef void count_moving(Joints* joints) noexcept nogil:
-    """Note how many joints count that can move relative to the centre."""
+    """Note the number of joints that count and can move relative to the centre."""
     cdef int64_t moving, j
     moving = 0
     for j in range(joints.plan.joints):

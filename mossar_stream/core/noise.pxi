@@ -1,7 +1,7 @@
 """Noise: the sensor's part of the velocity, so that a person who stands still causes no flood of key frames.
 
 A sensor that errs by a millimetre moves all joints all the time: at 120 Hz that is as much path as a slow walk.
-No limit on the velocity tells the two apart, but the direction does: motion goes on, noise turns back. The
+No limit on the velocity separates the two, but the direction does: motion goes on, noise turns back. The
 displacement of a joint that only trembles has the correlation -1/2 with the one before, that of a moving joint
 one near 1. While most displacements turn back, the path is the sensor's, and the velocity that it adds is known from
 then on. Where that is too much for the threshold line,
@@ -75,7 +75,7 @@ cdef inline double calm_noise(
 ) noexcept nogil:
     """Process a frame, set `noise.floor`, and return the frame's path with the noise smoothed out.
 
-    Where poses are filtered it sets `noise.loud` instead, and returns the path as it is.
+    Where poses are filtered it sets `noise.loud` instead, and returns the path unchanged.
 
     Args:
         noise: NOISE.

@@ -205,7 +205,7 @@ cdef class Performer:
         The lock of the interpreter is kept: releasing it takes as long as a frame.
 
         Returns:
-            Whether it was processed; if not, it is to be checked and processed as all frames are.
+            Whether it was processed; if not, the caller checks and processes it like any frames.
         """
         cdef Channel body
         cdef double moment
@@ -270,7 +270,7 @@ cdef class Performer:
         return 0
 
     cdef int64_t run(self, float* positions, double* times, int64_t count, bint keeps_lock) except -1:
-        """Process frames of one take, and return how many were before the take ended."""
+        """Process frames of one take, and return the number of those before the end of the take."""
         cdef Room* room = &self.workspace.room
         cdef Seat* seat = &self.seat
         cdef Frames frames

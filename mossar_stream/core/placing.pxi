@@ -73,7 +73,7 @@ cdef int64_t find_place(cnp.ndarray positions, int64_t begin, int64_t count, int
 
     Args:
         positions: (n, J, 3) m, in single or double precision.
-        begin: First frame that is looked at.
+        begin: First frame to search.
         count: End of these frames.
         center: Index of the root, -1 for the centroid.
         origin: (3,) m, set.

@@ -62,7 +62,7 @@ class Plan:
         offline: Whether every key frame is kept until the take ends.
         window: Key frames there is room for, if not the setting.
         room: Undecided key frames whose segments there are slots for; None for as many as a row begins with.
-        history: Poses kept, if not as many as the settings call for.
+        history: Number of kept poses, if not that of the settings.
         bouts: Bouts of movement kept, if not those of a stream.
 
     Attributes:

@@ -6,7 +6,7 @@
         readers   each when it is due
         phase     of the repeated movement, if it is reported
 
-It stops where its owner (performer.pxi) must do something with Python objects, and goes on from there: `Seat` says where.
+It stops where its owner (performer.pxi) must do something with Python objects, and goes on from there: `Seat` has the place.
 """
 
 cdef enum:
@@ -158,7 +158,7 @@ cdef int64_t _step(
         positions: (count, J, 3) m.
         times: (count,) s.
         count: Their number.
-        used: Set to how many were processed.
+        used: Set to the number of processed frames.
 
     Returns:
         The task of the caller; DONE if there is none.
@@ -226,7 +226,7 @@ cdef bint _analyse(Seat* seat, Part* part, Room* room, double time) noexcept nog
 
 
 cdef bint _has_news(Follower* reader, float* positions, int64_t joints, double time) noexcept nogil:
-    """Show a frame to a reader if it is due, and tell whether it has events."""
+    """Show a frame to a reader if it is due, and return whether it has events."""
     cdef double due = (<double*>reader.state)[0]
     if due - BACK <= time < due:
         return False

@@ -1,4 +1,4 @@
-"""Validation: whether a row that comes from outside can be worked on.
+"""Validation of rows from outside.
 
 Compiled code does not check its indices. A row from a snapshot is therefore checked before any kernel sees it: every
 index must point into the row. Other numbers may have any value.

@@ -25,7 +25,7 @@ cdef enum:
 cdef struct WindowState:
     int64_t undecided  # key frames in the window
     int64_t ordinal  # of the next key frame; they are counted through a take
-    int64_t ranked  # whether the strengths are those of the window as it is
+    int64_t ranked  # whether the strengths are those of the present window
     int64_t left_frame  # start of the window's first segment: the last final key frame
     int64_t left_id  # Algorithm 2's frame of it
     double left_time  # s

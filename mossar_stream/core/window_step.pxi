@@ -24,7 +24,7 @@ cdef void step_window(Row* state, Measure* params, Bytes scratch, EventSpan even
     Args:
         state: The performer's.
         params: Of the similarity measure.
-        scratch: As many bytes as `scratch_size` says.
+        scratch: `scratch_size` bytes.
         events: The event buffer, with room for `most_events`.
         reason: FOLLOW after a frame at which the frame step stopped, LEVEL after the level moved, END to end the
             take: RANK to close its last segment and rank all key frames, then DECIDE.

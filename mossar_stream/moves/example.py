@@ -14,7 +14,7 @@ from mossar_stream.moves.trimming import part_to_follow
 MAX_FRAMES = 128  # of the movement that an example keeps
 MOST_SHOWN = 300  # frames that an example keeps of the whole: 10 s at 30 Hz, longer ones coarser
 SHOWN_RATE = 30.0  # Hz, highest rate of the whole
-LONGEST_TAKEN = 100_000  # frames that are looked at
+LONGEST_TAKEN = 100_000  # frames of a recording that are read
 LEAST_FRAMES = 8
 MAX_DISTANCE = 1000.0  # m from the origin
 LEAST_SPEED = 0.015  # m/s, mean over the joints at the peak: slower is no movement

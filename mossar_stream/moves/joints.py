@@ -1,7 +1,7 @@
 """Joints by name: the same joint of another joint set, so that examples of one serve streams of another.
 
 A joint that a set lacks may lie in the middle of two that it has, as the centre of the hips does in pose estimators.
-Joints that say little of a move (spine, neck, hands beside wrists, feet beside ankles) may be missing; others may not.
+Joints that matter little to a move (spine, neck, hands beside wrists, feet beside ankles) may be missing; others may not.
 """
 
 import re

@@ -88,7 +88,7 @@ def _by_hierarchy(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
 
 
 def _shapes(children: list[list[int]]) -> tuple[list[int], list[int]]:
-    """Return a number for the shape of the joints below each joint, and how many joints one below the other it has."""
+    """Return a number for the shape of the joints below each joint, and the length of the longest chain of joints there."""
     hanging = {child for own in children for child in own}
     order = [joint for joint in range(len(children)) if joint not in hanging]
     for joint in order:  # grows while it is read

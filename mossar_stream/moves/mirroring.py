@@ -40,7 +40,7 @@ def mirrored_joints(skeleton: Skeleton) -> list[int]:
     """Return the joint on the other side for each joint, or itself.
 
     Raises:
-        MovesError: If the names tell no sides apart, or a joint has no counterpart.
+        MovesError: If the names have no sides, or a joint has no counterpart.
     """
     known = known_joints(skeleton)
     found = counterparts(skeleton.names)

@@ -11,7 +11,7 @@ each), each player left out in turn; they lie in the middle of wide plateaus.
 """
 
 cdef double COMPARED_EVERY = 0.1  # s
-cdef double MOST = -0.75  # natural logarithm of a move's largest cost, where no rule says otherwise
+cdef double MOST = -0.75  # natural logarithm of a move's largest cost without a rule
 cdef double STRICT_WORTH = 2.0  # decrease of that from strictness 0 to 1
 cdef double LEAD_WORTH = 0.8  # rise of that for a lead of 1
 # Of a lead (natural logarithm of the next move's cost over this one's) at most so much counts.
@@ -47,7 +47,7 @@ cdef struct Decision:
     double peak  # m/s, largest speed since the last onset or decision
     int64_t from_pose  # a new move begins at this pose or later: earlier poses belong to the last one
     int64_t leader  # move that was best at the last comparison, -1 for none
-    int64_t agreed  # how many comparisons in a row it was
+    int64_t agreed  # comparisons in a row in which it was best
 
 
 cdef struct FoundMove:

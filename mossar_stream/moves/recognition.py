@@ -22,7 +22,7 @@ class Recognition(MoveReader):
     """The recognition of the moves of one performer.
 
     Args:
-        moves: Those to recognise, as they are now.
+        moves: Those to recognise, in their present state.
         skeleton: The performer's joints.
         performer: Name that events carry.
         store: The examples described for these joints, if there is one already.

@@ -29,7 +29,7 @@ cdef bint add_track_pose(
 
     Args:
         track: The history.
-        poses: (RING + RAW, D) m: the smoothed poses, then the last ones as they came.
+        poses: (RING + RAW, D) m: the smoothed poses, then the last unsmoothed ones.
         positions: (J, 3) m; NaN where a joint is missing.
         bank: Whose joints have the centre first.
         time: s.

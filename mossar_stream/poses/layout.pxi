@@ -50,8 +50,8 @@ cdef struct PoseMemory:  # The parts of a performer's memory.
     DoubleRows fast  # (B, 3) directions, averaged over `POSE_SMOOTHED`
     DoubleRows slow  # (B, 3) the same over `POSE_SETTLED`
     Doubles strays  # (B,) squares of the chord to the pose that is held, summed over samples
-    Doubles chords  # (B,) the same of the pose that is looked at, now
-    DoubleRows groups  # (2, G) mean of those over each limb, and how many bones it has
+    Doubles chords  # (B,) the same of the compared pose, in this sample
+    DoubleRows groups  # (2, G) mean of those over each limb, and its number of bones
     FloatRows pose  # (K, 3) m, points of the last sample relative to the centre, y upwards
     uint8_t* end
 

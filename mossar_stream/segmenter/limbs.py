@@ -18,7 +18,7 @@ def settings_of_limbs(settings: Settings) -> Settings:
 
 
 def plans_of_limbs(plan: Plan) -> list[Plan]:
-    """Return the plans of the limbs that the plan of a body calls for.
+    """Return the plans of the limbs in the plan of a body.
 
     Raises:
         FrameError: See `groups_of`.
@@ -34,7 +34,7 @@ def bytes_with_limbs(plan: Plan) -> int:
 
 
 def new_limbs(plan: Plan, performer: str) -> tuple[Channel, ...]:
-    """Return the limbs that the plan of a body calls for; none if the skeleton leaves none."""
+    """Return the limbs in the plan of a body; none if the skeleton has none."""
     return tuple(Channel(limb, performer, limb.new_row()) for limb in plans_of_limbs(plan))
 
 
@@ -51,7 +51,7 @@ def pack_limb(limb: Channel, level: LevelName | float) -> bytes:
 
 
 def restored_limbs(plan: Plan, performer: str, blobs: tuple[bytes, ...]) -> tuple[Channel, ...]:
-    """Return the limbs of a snapshot, one for each that the plan of the body calls for.
+    """Return the limbs of a snapshot, one for each limb in the plan of the body.
 
     Raises:
         SnapshotError: If they are damaged, or belong to other limbs.

@@ -48,7 +48,7 @@ cdef double BELT_JUMP = 0.3  # m/s, by which a belt differs from the one that wa
 cdef double BELT_FOLLOWS = 0.25  # s, in which standing feet change the belt's velocity
 cdef double GROUND_SHARE = 0.5  # of the time in which feet stand still: the belt has stopped
 cdef enum:
-    MOST_MOVES = 264  # velocities that are looked at
+    MOST_MOVES = 264  # velocities that are compared
     REWOUND = 240  # samples that are judged again
     CATCH_UP = 3  # samples that are judged with one frame
 cdef enum:
@@ -60,7 +60,7 @@ cdef enum:
     STRIKE = 1
     OFF = 2
 
-# Sizes are numbers below: numpy is told of these records, and Cython describes no other arrays to it.
+# Sizes are numbers below: numpy knows these records, and Cython can describe no other arrays to it.
 cdef struct Foot:
     int64_t points[4]  # joints, -1 for none
     int64_t state
@@ -70,7 +70,7 @@ cdef struct Foot:
     double speeds[256]  # m/s
     float places[256][4][3]  # m
     float moves[256][4]  # m/s along the ground of its lowest point, and the height of that, m; NaN where it is not known
-    double drifts[256][3]  # m, how far the belt had gone
+    double drifts[256][3]  # m, way of the belt so far
     int64_t judged  # samples so far
     double last  # s, time of the latest event
     double centre[3]  # m, mean of the points that are seen, of the latest sample
@@ -99,7 +99,7 @@ cdef struct Steps:
     double sensitivity
     double way  # m, least way of a step
     double belt[3]  # m/s, velocity of the ground
-    double drift[3]  # m, how far it has gone
+    double drift[3]  # m, its way so far
     double looked  # s, when it was looked for
     int64_t number  # of the latest event of the take
     int64_t take

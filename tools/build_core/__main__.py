@@ -12,7 +12,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         prog="python -m build_core", description=text, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--force", action="store_true", help="compile unchanged extensions, too")
+    parser.add_argument("--force", action="store_true", help="compile what is up to date, too")
     parser.add_argument("--strict", action="store_true", help="warnings are errors")
     parser.add_argument(
         "--sanitize", action="store_true", help="check addresses and undefined behaviour at run time"

@@ -19,7 +19,7 @@ SANITIZED = [
     "-ffp-contract=off",
     "-fno-wrapv",  # Python's own flags let integers wrap: an overflow would not be found
     "-fsanitize=address,undefined,float-cast-overflow",
-    "-fno-sanitize=object-size",  # finds less than the check of addresses, and says less
+    "-fno-sanitize=object-size",  # finds and reports less than the check of addresses
     "-fno-sanitize-recover=all",
     "-fno-omit-frame-pointer",
 ]

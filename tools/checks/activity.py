@@ -199,7 +199,7 @@ def print_delays(takes: Sequence[Take], demos: int, seconds: float) -> None:
 
 
 def print_holds(takes: Sequence[Take]) -> None:
-    """Print how well the ends of holds and rests are found."""
+    """Print the F1 of the ends of holds and rests."""
     for rests in get_args(RestsName):
         scores = []
         for take in takes:

@@ -149,8 +149,8 @@ def run(
 
     Args:
         command: Its words.
-        home: Where it runs, unless `cwd` says otherwise, and with zig the only place where programs are found.
-        cwd: Where it runs.
+        home: Working folder without `cwd`, and with zig the only place of programs.
+        cwd: Working folder.
         compiler: `system` or `zig`.
         more: Further variables of the environment.
 

@@ -29,7 +29,7 @@ NEAR = 0.1  # s, within which a key frame is the same one
 
 
 class Played(NamedTuple):
-    """A take as it is played under a condition.
+    """A take under a condition.
 
     Args:
         positions: (n, J, 3) m.
@@ -43,7 +43,7 @@ class Played(NamedTuple):
 
 
 def as_recorded(take: Take) -> Played:
-    """Return a take as it is."""
+    """Return a take unchanged."""
     return Played(take.positions, take.fps)
 
 

@@ -2,11 +2,11 @@
 
     python -m checks.counts LABELLED [--moves MOVES] [--only WORD] [--list]
 
-LABELLED is a folder of labelled sets: `ui_prmd`, whose labels say how many repetitions a take has, `precog` and `vmci`,
+LABELLED is a folder of labelled sets: `ui_prmd`, whose labels have the number of repetitions of a take, `precog` and `vmci`,
 in which little is repeated. MOVES is a folder of single moves (`*.npz`, an array a move), which are repeated here.
 
 A row is a kind of series: takes, the share counted exactly and within one, mean error / count, F1 of the ends between
-repetitions, messages, and in how many of them `total` is lower than in the one before.
+repetitions, messages, and the number of those whose `total` is lower than in the one before.
 """
 
 import argparse

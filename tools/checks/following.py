@@ -170,7 +170,7 @@ def leads(states: Mapping[str, FollowState | None], move: str) -> bool:
 
 
 def print_sessions(folder: Path) -> None:
-    """Print for each session how often the right move leads."""
+    """Print the share of commands in each session whose move leads."""
     found: list[bool | None] = []
     for path in session_labels(folder):
         own = led(load_session(path))
@@ -186,7 +186,7 @@ def print_sessions(folder: Path) -> None:
 
 
 def print_moves_others(folder: Path) -> None:
-    """Print how well moves are recognised with the examples of one, two and four other players, drawn with a fixed seed.
+    """Print the scores of recognition with the examples of one, two and four other players, drawn with a fixed seed.
 
     One and two players give two examples of each move, four give one.
     """

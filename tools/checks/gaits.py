@@ -63,7 +63,7 @@ def performed(
 
     Args:
         gait: The gait.
-        seconds: For how long.
+        seconds: Duration, s.
         fps: Hz.
         noise: Standard deviation of the sensor's noise, m.
         seed: Of the noise, and of how steps differ.

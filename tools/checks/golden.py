@@ -288,7 +288,7 @@ def streamed(
         settings: In force.
         moves: That are recognised; their explanations are in the lines, too.
         size: Frames of a chunk.
-        states: After how many chunks the numbers are written that are no events; 0 for never.
+        states: Number of chunks between written states; 0 for none.
         follow: Whether the moves are followed.
         with_fps: Whether the nominal rate is given.
     """
@@ -837,7 +837,7 @@ PARTS: dict[str, Callable[[Options], Iterator[Case]]] = {
 
 
 def write(part: str, options: Options, out: Path) -> None:
-    """Write the cases of a part, and print how many there are and how long it took."""
+    """Write the cases of a part, and print their number and the time."""
     begun, count, lines, refusals = time.perf_counter(), 0, 0, 0
     for name, work in PARTS[part](options):
         try:
@@ -862,7 +862,7 @@ def cases_in(folder: Path, parts: Sequence[str]) -> dict[str, Path]:
 
 
 def compare(old: Path, new: Path, parts: Sequence[str], shown: int) -> bool:
-    """Print how many cases are equal and the first different lines, and return whether all are; missing ones are different."""
+    """Print the number of equal cases and the first different lines, and return whether all are; missing ones are different."""
     before, now = cases_in(old, parts), cases_in(new, parts)
     equal, groups = dict[str, Counter[str]](), Counter[str]()
     for name in sorted({*before, *now}):
@@ -888,7 +888,7 @@ def compare(old: Path, new: Path, parts: Sequence[str], shown: int) -> bool:
 
 
 def first_difference(name: str, old: Lines, new: Lines) -> str:
-    """Return the first different line of a case, and how many lines differ."""
+    """Return the first different line of a case, and the number of different lines."""
     pairs = list(itertools.zip_longest(old, new))
     place = next(k for k, (one, other) in enumerate(pairs) if one != other)
     many = sum(one != other for one, other in pairs)

@@ -178,7 +178,7 @@ def _has_hips(skeleton: Skeleton) -> bool:
 
 
 def found_ones(skeletons: Sequence[Skeleton], console: Console) -> float:
-    """Print how many poses that are held are reported exactly once; return their share."""
+    """Print the number of held poses that are reported exactly once; return their share."""
     right = total = 0
     for skeleton in skeletons:
         moves = shown(skeleton)

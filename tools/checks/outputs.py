@@ -3,7 +3,7 @@
     python -m checks.outputs
 
 Each pair is tried with the same path, a symbolic link and a hard link, with `--force` where the command has it. It must
-end with status 2 and leave every file as it was. Options whose values look like files, and that are neither read nor
+end with status 2 and change no file. Options whose values look like files, and that are neither read nor
 written according to `mossar_tools.places`, are named, too. The exit status is 1 if anything is wrong.
 """
 

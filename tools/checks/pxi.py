@@ -22,7 +22,7 @@ _NUMBER = re.compile(r"^cdef (?:const )?(?:double|float|u?int64_t) ([A-Z]\w* = [
 
 
 class Function(NamedTuple):
-    """A function: the line it begins at, its name, how many lines it has, and its parameters."""
+    """A function: its first line, its name, its number of lines, and its parameters."""
 
     line: int
     name: str

@@ -5,7 +5,7 @@
     python -m checks.sanitized --program -m checks.fuzz --inputs 20000 --seconds 60
     python -m checks.sanitized tests/mossar_stream/core --program -m checks.fuzz      # the tests, then the program
 
-The project is copied into a temporary folder and compiled there, so that the core in use stays as it is. Two defects are
+The project is copied into a temporary folder and compiled there, so that the core in use does not change. Two defects are
 planted in the copy: unless both are found, the sanitizers do not work, and nothing else is run.
 
 Not found: a write into another array of the same block, and use of memory that was never set.

@@ -67,7 +67,7 @@ class Outcome(msgspec.Struct, frozen=True):
             return ""
         if self.status not in EXPECTED[signal.Signals(self.number)]:
             return f"status {self.status}"
-        # Before there was a handler, Python says where it was interrupted.
+        # Before there was a handler, Python prints the place of the interrupt.
         bad = BAD_WORDS if self.status < 0 else (*BAD_WORDS, "Traceback")
         found = [word for word in bad if word in self.words]
         return f"said {found[0]!r}" if found else ""

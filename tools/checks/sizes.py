@@ -60,7 +60,7 @@ def long_functions(folder: Path) -> Iterator[tuple[int, str]]:
 
 
 def _functions(file: Path) -> Iterator[tuple[int, str, int]]:
-    """Yield where the functions of a file begin, their names, and how many lines they have."""
+    """Yield the first lines of the functions of a file, their names, and their numbers of lines."""
     text = file.read_text(encoding="utf-8")
     if file.suffix == ".pxi":
         yield from (own[:3] for own in pxi.functions(text))

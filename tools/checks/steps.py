@@ -1,4 +1,4 @@
-"""Steps: how well foot strikes and offs are found: `python -m checks.steps [FILE.c3d ...]`.
+"""Steps: scores of foot strikes and offs: `python -m checks.steps [FILE.c3d ...]`.
 
 Truth are made gaits, the built-in performer, and of C3D files the events of a gait laboratory and the force plates. The figures
 of docs/steps.md are printed by this program.
@@ -40,7 +40,7 @@ def found_in(
 def row(
     name: str, found: Sequence[StepEvent], truth: Sequence[Event], fps: float, delays: bool = True
 ) -> str:
-    """Return a line: how many events, F1 within 0.25 s, shares within the tolerances, median errors and delay."""
+    """Return a line: number of events, F1 within 0.25 s, shares within the tolerances, median errors and delay."""
     hits, errors = 0, {"strike": [], "off": []}  # type: ignore[var-annotated]
     for side in ("left", "right"):
         for status, own in errors.items():
@@ -146,7 +146,7 @@ def _event(first: float, mark: Mark) -> Event:
 
 
 def standing() -> None:
-    """Print how many steps there are in ten minutes of standing and wiggling."""
+    """Print the number of steps in ten minutes of standing and wiggling."""
     for fps, noise in ((100.0, 0.001), (30.0, 0.005), (30.0, 0.01)):
         positions = wiggling(600.0, fps, noise)
         found = found_in(positions, np.arange(len(positions)) / fps, SKELETON, FEET)

@@ -43,7 +43,7 @@ class Part(msgspec.Struct, order=True):
     Args:
         name: Normalised.
         version: Which pip would install.
-        sha256: Of its archive, if the index says it.
+        sha256: Of its archive, if the index has it.
         licence: As the distribution states it.
         extras: That bring it.
     """

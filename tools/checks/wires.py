@@ -58,7 +58,7 @@ class Trial(msgspec.Struct, frozen=True):
     Args:
         wire: The wire.
         speed: Of the replay.
-        fps: Whether the receiver is told the rate; None where it need not be.
+        fps: Whether the receiver gets the rate; None where it does not matter.
     """
 
     wire: Wire

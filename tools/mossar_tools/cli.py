@@ -232,7 +232,7 @@ def _run(arguments: list[str], terminal: Console) -> int:
     from mossar_tools.opening import command_for
 
     if (meant := command_for(name)) is None:
-        command_called(name)  # which says that there is none
+        command_called(name)  # which raises that there is none
     name = meant or name
     return run_command(f"mossar {name}", command_called(name), arguments, terminal, assumed=True)
 

@@ -62,7 +62,7 @@ def _add_map(schema: dict[str, Any], record: type) -> None:
 
 
 def _left_out(event: type[msgspec.Struct]) -> list[str]:
-    """Return the fields that are not sent where they say nothing."""
+    """Return the fields that are not sent if they are empty."""
     if not event.__struct_config__.omit_defaults:
         return []
     fields = msgspec.structs.fields(event)

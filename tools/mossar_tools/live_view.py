@@ -311,7 +311,7 @@ class LiveView:
         )
 
     def _cut(self, text: str, room: int | None = None) -> str:
-        """Return a text as it is printed, no longer than the room there is; the terminal's width if None."""
+        """Return a text, cut to the room in the line; the terminal's width if None."""
         text, more = self._console.plain(text), self._console.plain("…")
         room = self._console.width() if room is None else room
         return text if len(text) <= room else f"{text[: max(room - len(more), 0)]}{more}"[:room]

@@ -13,7 +13,7 @@ from mossar_tools.errors import UsageError
 from mossar_tools.opening import check_url, is_port, recording_of, source_of
 from mossar_tools.options import Options
 
-DEMO_SECONDS = 30  # of motion, unless the URL says otherwise
+DEMO_SECONDS = 30  # of motion, unless the URL sets it
 _CHUNK_CUTS = 8  # more than lie in one chunk of a performance
 
 

@@ -129,7 +129,7 @@ def take_back(path: str | Path, name: str | None = None) -> tuple[Example, int]:
         name: Of the move; None for whichever was shown last.
 
     Returns:
-        The example, and how many of its name are left.
+        The example, and the number of remaining ones of its name.
 
     Raises:
         MossarError: If there is none, or the file cannot be read or written.

@@ -38,7 +38,7 @@ def values_of_name(options: Options, path: str) -> dict[str, str]:
 
 
 def check_pattern(options: Options) -> None:
-    """Refuse a pattern that says nothing, or twice the same.
+    """Refuse a pattern without names, or with a name twice.
 
     Raises:
         UsageError: If it has no field, a field twice, or one that is a column already.

@@ -97,7 +97,7 @@ def leftward(pose: Floats, upward: Floats, view: View) -> Floats:
     level = pose - np.outer(pose @ upward, upward)
     spans = np.array([level[left] - level[right] for left, right in view.pairs]).reshape(-1, 3)
     spans = spans[np.isfinite(spans).all(axis=1)]
-    # Hips and shoulders tell where the body faces; hands and feet may be anywhere.
+    # Hips and shoulders show the facing of the body; hands and feet may be anywhere.
     near = spans[np.linalg.norm(spans, axis=1) < 0.3 * view.height]
     direction = (near if len(near) else spans).sum(axis=0)
     length = float(np.linalg.norm(direction))

@@ -45,7 +45,7 @@ class Story(LiveView):
         self._states: dict[str, str] = {}
 
     def announce(self, meta: Meta) -> None:
-        """Note how the performer is to be drawn."""
+        """Note the view of the performer."""
         self._bodies[meta.performer] = (meta.skeleton, None)
 
     def send_frames(self, frames: Frames) -> None:

@@ -45,7 +45,7 @@ def stream(
     server: "PlayerServer | None" = None,
     view_of: type[LiveView] = LiveView,
 ) -> tuple[int, list[str]]:
-    """Run a pipeline as the options say.
+    """Run a pipeline by the options.
 
     Args:
         options: The user's options.

@@ -144,7 +144,7 @@ def _row(cells: Mapping[str, str], columns: Mapping[str, str], joints: Sequence[
 
 
 def _followed(result: Result, zero: float) -> Iterator[str]:
-    """Yield how often each followed move was done, and how each performance of it went."""
+    """Yield the count of each followed move, and a line for each performance."""
     own: dict[str, list[FollowEvent]] = {}
     for event in result.followed:
         own.setdefault(event.name, []).append(event)
@@ -184,7 +184,7 @@ def _gait_lines(result: Result) -> Iterator[str]:
 
 
 def _repetitions(of: str, result: Result, zero: float) -> Iterator[str]:
-    """Yield how many repetitions there are, how quick they are, and a line for each."""
+    """Yield the number and the tempo of repetitions, and a line for each."""
     tempos = [event.tempo for event in result.repetitions if event.tempo is not None]
     pace = f", {np.median(tempos):.1f} a minute" if tempos else ""
     yield f"{counted(len(result.repetitions), 'repetition')}{of}{pace}"

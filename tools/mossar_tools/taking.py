@@ -254,7 +254,7 @@ class TimedTaker:
             self._forget()
 
     def send(self, events: Sequence[Event]) -> None:
-        """Do nothing: the frames say enough."""
+        """Do nothing: the frames are enough."""
 
     def send_frames(self, frames: Frames) -> None:
         """Keep the frames of a stretch; take it when it is over."""

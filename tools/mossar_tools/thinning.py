@@ -57,12 +57,12 @@ def runs(parts: Sequence[Stretch], most: int) -> Sequence[Stretch]:
 
     Args:
         parts: In ascending order; they do not overlap.
-        most: Segments that can be told apart.
+        most: Largest number of distinguishable segments.
     """
     if len(parts) <= most:
         return parts
     starts, ends = np.array([(part.start, part.end) for part in parts]).T
-    # A mark a column: how much of it is moving, from the sum of moving time up to its edges.
+    # A mark a column: the moving share of it, from the sum of moving time up to its edges.
     edges = np.linspace(starts[0], ends[-1], 4 * most + 1)
     moving = np.array([part.state == "moving" for part in parts])
     spans = np.where(moving, ends - starts, 0.0)

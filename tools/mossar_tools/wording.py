@@ -28,7 +28,7 @@ def strongest(kept: int, known: int) -> str:
 
 
 def straying(event: FollowEvent) -> str:
-    """Return the limb that strays most, and by how much, as "left leg 12°"."""
+    """Return the limb that strays most, and its angle, as "left leg 12°"."""
     angle = event.limbs.get(event.limb, event.deviation)
     return f"{event.limb.replace('_', ' ')} {angle:.0f}°"
 

@@ -32,7 +32,7 @@ def chosen_tier(path: str | Path, wanted: str | None, usual: Sequence[str]) -> T
         usual: Names.
 
     Raises:
-        MossarError: If the file cannot be read, or it is not clear which tier is meant.
+        MossarError: If the file cannot be read, or the wanted tier is not clear.
     """
     tiers = {tier.name: tier for tier in read_annotations(path)}
     for name in usual if wanted is None else (wanted,):
@@ -74,7 +74,7 @@ def read_annotations(path: str | Path) -> list[Tier]:
 
 
 def _checked(path: Path, tier: Tier) -> Tier:
-    """Return a tier if its times can be meant."""
+    """Return a tier if its times are possible."""
     for mark in tier.marks:
         if not (math.isfinite(mark.start) and math.isfinite(mark.end)):
             raise AnnotationError(f"{path}: tier {tier.name}: a time is no number")

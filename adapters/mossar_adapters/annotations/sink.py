@@ -43,7 +43,7 @@ class AnnotationSink:
     only later events.
 
     Args:
-        address: A path; its suffix says for which program, see `write_annotations`.
+        address: A path; its suffix chooses the program, see `write_annotations`.
         force: Whether to replace a file that is there.
 
     Raises:
@@ -61,7 +61,7 @@ class AnnotationSink:
         if self._path.exists() and not force:
             raise FileError(self._path, "there is a file already; --force replaces it")
         self._claim = Claim(self._path)
-        self._level: str | float | None = None  # of the segmentation, as it was announced first
+        self._level: str | float | None = None  # of the segmentation, as first announced
         self._origin: float | None = None  # s, of the first frame
         self._latest = -math.inf  # s
         self._kept = 0

@@ -1,4 +1,4 @@
-"""Writing annotations: the suffix of the file says for which program."""
+"""Writing annotations: the suffix of the file chooses the program."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path, PurePath

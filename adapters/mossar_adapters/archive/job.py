@@ -24,7 +24,7 @@ from mossar_adapters.files import ReadOptions
 from mossar_stream import MossarError, Moves, Settings
 
 SMALLEST_PART, LARGEST_PART = 8, 256  # recordings
-PARTS = 1000  # wished for, where there are that many recordings
+PARTS = 1000  # if there are that many recordings
 STORE_BYTES = 256 << 20  # for data between workers: names and counts
 RETRIES = 2  # of a part whose worker died
 ORDER_FILE = "_order"  # no extension of a recording, and passed over by readers of Parquet

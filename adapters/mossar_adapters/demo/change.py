@@ -8,7 +8,7 @@ from mossar_adapters.demo.postures import limb
 from mossar_adapters.demo.script import Script
 
 _STEP_LIFT: Final = 0.05  # m
-_STEP_SHARE: Final = 0.6  # of the change, for each of two feet that move one after the other
+_STEP_SHARE: Final = 0.6  # of the change, for each of two feet that move in turn
 _ASIDE: Final = 0.01  # m from which on a foot has to be lifted
 _IN_THE_AIR: Final = 0.1  # m
 

@@ -179,7 +179,7 @@ def _change(
     Args:
         before: The move before.
         move: The next move.
-        rng: Chooses how long change and pause are.
+        rng: Chooses the durations of change and pause.
         tempo: 2 is twice as fast.
         postures: Where the performer stands, the posture it holds and the one to come.
     """

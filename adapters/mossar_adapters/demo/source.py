@@ -19,7 +19,7 @@ KNOWN_CUTS: Final = 1000  # per performer; older ones are forgotten
 SPACING: Final = 2.0  # m between neighbouring performers
 
 _CHUNK: Final = 1 / 30  # s of frames in a chunk
-_IDLE: Final = 0.1  # s without frames after which a live source says so
+_IDLE: Final = 0.1  # s without frames after which a live source yields None
 
 # URL options: the parser of their text, and a description of legal values.
 _OPTIONS: Final[dict[str, tuple[Callable[[str], Any], str]]] = {

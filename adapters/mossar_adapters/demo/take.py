@@ -50,7 +50,7 @@ def performance(
     Args:
         seed: 0 or more.
         fps: See `Style`, also for noise, noise_kind, jitter, drop and tempo.
-        seconds: Where to stop, if not at the end of the moves. Without moves: how long to go on.
+        seconds: Where to stop, if not at the end of the moves. Without moves: the duration.
         moves: `rest walk punch kick jump wave squat turn stand`; `punch`, `kick`, `wave` and `turn` also with
             `_left` or `_right`; `rest` and `stand` also with seconds (`stand:20`). None: a round of 17 moves
             with every kind but `stand`, 40-46 s.

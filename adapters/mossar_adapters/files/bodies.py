@@ -1,4 +1,4 @@
-"""Tables in which several people take turns: a row per frame and person, and a column that says whose it is."""
+"""Tables in which several people take turns: a row per frame and person, and a column with the person."""
 
 import re
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ def bodies_of(rows: Rows, column: int) -> dict[str, tuple[str, int]]:
 
     Args:
         rows: The table.
-        column: The one that says whose a row is, -1 without.
+        column: The column of the person, -1 without.
 
     Returns:
         By cell of the column; empty if there is only one person.

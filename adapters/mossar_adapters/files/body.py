@@ -120,7 +120,7 @@ def _chain(children: list[list[int]], top: int) -> tuple[list[int], list[list[in
 def _is_reference(
     skeleton: Skeleton, children: list[list[int]], joint: int, body: list[int], positions: NDArray[Any]
 ) -> bool:
-    """Return whether a joint is none of the body of which the first joint hangs on it."""
+    """Return whether a joint is not part of the body whose first joint hangs on it."""
     seen = np.isfinite(positions[:, [joint, body[0]]]).all(axis=(1, 2))
     frames = positions[seen].astype(np.float64)
     tall = height(frames[:, body]) if len(frames) else 0.0
@@ -211,7 +211,7 @@ def checked(recording: Recording, options: ReadOptions) -> Recording:
     """Return a recording in a unit that fits the body, with the joints that are no part of it named.
 
     Args:
-        recording: In metres, as the reader says.
+        recording: In metres, by the reader's unit.
         options: The user's unit and centre take precedence.
     """
     shown = first_frames(recording)
@@ -284,7 +284,7 @@ _METRIC = (1.0, 0.01, 0.001)
 
 
 def size_in_words(tall: float) -> str:
-    """Return a height as people say it.
+    """Return a height as readable text.
 
     Example:
         >>> [size_in_words(tall) for tall in (0.00171, 0.021, 1.7, 1700.0)]

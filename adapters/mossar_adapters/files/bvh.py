@@ -44,7 +44,7 @@ _MILLISECONDS = frozenset(["ms", "msec", "msecs", "millisecond", "milliseconds"]
 _SECONDS = frozenset(("", *["s", "sec", "secs", "second", "seconds"]))
 _LONGEST_HEADER = 100  # characters
 SLOWEST = 1.0  # Hz, below which a rate is doubted
-SLOWEST_USUAL = 10.0  # Hz: a frame time that is larger, s, was meant as a rate
+SLOWEST_USUAL = 10.0  # Hz: a larger number as frame time, s, is a rate
 
 
 class _Header(NamedTuple):

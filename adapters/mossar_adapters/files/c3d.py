@@ -121,7 +121,7 @@ def layout_of(path: Path, header: C3dHeader, machine: int, parameters: dict[str,
     """Return the places of the frames of a file.
 
     Raises:
-        FileError: If the file does not say it, or has no frames.
+        FileError: If the file does not state it, or has no frames.
     """
     points = header.points or _integer(parameters.get("POINT:USED"))
     integer = header.scale > 0
@@ -184,7 +184,7 @@ def rate_of(path: Path, header: C3dHeader, parameters: dict[str, Value]) -> floa
     """Return the frames per second.
 
     Raises:
-        FileError: If the file says nothing that can be.
+        FileError: If the file states nothing possible.
     """
     stated = parameters.get("POINT:RATE")
     rates = [float(stated[0])] if isinstance(stated, np.ndarray) and len(stated) else []

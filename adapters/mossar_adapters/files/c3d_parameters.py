@@ -26,7 +26,7 @@ class C3dHeader(msgspec.Struct, frozen=True):
         analog: Analogue values per frame.
         first_frame: Number of the first frame, from 1.
         last_frame: Number of the last frame.
-        scale: Factor of integer coordinates; negative says that the data are floats.
+        scale: Factor of integer coordinates; a negative one means that the data are floats.
         data_block: Number of the first block of data, from 1.
         rate: Frames per second.
     """

@@ -39,7 +39,7 @@ def is_number(cell: str) -> bool:
 
 
 def positive(cell: str | None) -> float | None:
-    """Return a number from a heading; None if it is absent or cannot be meant."""
+    """Return a number from a heading; None if it is absent or impossible."""
     value = number(cell) if cell and is_number(cell) else 0.0
     return value if 0 < value < 1e9 else None
 

@@ -52,8 +52,8 @@ class Columns(msgspec.Struct, frozen=True):
         xyz: Column of x, y and z of each joint.
         confidence: Column of the confidence of each joint; empty if not all joints have one.
         time: Column of the time, -1 without.
-        time_unit: Seconds per unit of time if the heading says so.
-        body: Column that says whose a row is, -1 without.
+        time_unit: Seconds per unit of time, if the heading has one.
+        body: Column of the person, -1 without.
     """
 
     joints: tuple[str, ...]

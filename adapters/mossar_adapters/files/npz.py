@@ -55,7 +55,7 @@ class Member(msgspec.Struct, frozen=True):
 
     Args:
         name: Without `.npy`.
-        shape: As its header says.
+        shape: From its header.
         dtype: Of its items.
         fortran: Whether the first index runs fastest.
         size: Bytes of its data in the archive's directory.

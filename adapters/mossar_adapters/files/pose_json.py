@@ -45,7 +45,7 @@ class PoseFile(msgspec.Struct):
 
     Args:
         poses: Of each person, by index of the frame.
-        times: Seconds of each frame, None where a frame does not say.
+        times: Seconds of each frame, None where a frame has none.
         fps: Rate that the file states.
         cut: Whether the JSON was cut off.
         names: Of the joints, if the file names them once for all frames.

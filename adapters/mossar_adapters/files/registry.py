@@ -194,7 +194,7 @@ def open_recording(
         The recording, with only the selected joints and performer.
 
     Raises:
-        FileError: If it cannot be read; one line says why.
+        FileError: If it cannot be read; one line has the reason.
     """
     options = options or ReadOptions()
     path = Path(path)

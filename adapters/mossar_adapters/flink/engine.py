@@ -154,7 +154,7 @@ def _whole_checkpoints(folder: str) -> dict[Path, int]:
 def leave_nothing(folder: str, *runs: str) -> None:
     """See that no later run goes on from checkpoints of runs that have come to their end.
 
-    The engine removes them in threads of its own: when it says that the job has ended, the last checkpoint may not be removed
+    The engine removes them in threads of its own: when it reports the end of the job, the last checkpoint may not be removed
     yet, or not even be written. The process may end before that. Each run is therefore marked as ended, whatever files are left of it.
 
     Args:

@@ -29,7 +29,7 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
 
     Args:
         settings: Of the segmenters.
-        takes: When takes end without a frame that says so.
+        takes: Times after which takes end without a frame.
         moves: That are recognised.
         follow: Names of those that are followed, or True for all.
     """

@@ -74,7 +74,7 @@ def read_record(record: bytes | str) -> Meta | Frames:
     """Return the content of a record.
 
     Raises:
-        FrameError: If it is too long, damaged, of another type, or impossible; one line says why.
+        FrameError: If it is too long, damaged, of another type, or impossible; one line has the reason.
     """
     if len(record) > MAX_BYTES:
         raise FrameError(f"a record of {len(record)} bytes; {MAX_BYTES} can be read")

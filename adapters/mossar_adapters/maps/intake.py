@@ -16,7 +16,7 @@ class MapIntake:
         counters: Where maps of other types and gaps are counted.
         options: The user's fps and unit.
         performer: The user's name of the performer, or None.
-        piped: Whether arrivals may say nothing, as those of a file that is read through a pipe.
+        piped: Whether times of arrival may be meaningless, as those of a file that is read through a pipe.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""States: where each performer stands, for receivers that join late and missed the events that say so."""
+"""States of the performers, for receivers that join late and missed the events."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any

@@ -69,7 +69,7 @@ def run_separately(
 def _main() -> None:
     """Run the function that the command line names, while the parent process lives."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if sys.platform != "win32":  # where the number of a parent says nothing about its life
+    if sys.platform != "win32":  # where the number of a parent does not show whether it lives
         threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     module, name, *arguments = sys.argv[1:]
     getattr(importlib.import_module(module), name)(*arguments)

@@ -206,7 +206,7 @@ class OakSource:
             yield item
 
     def explain(self) -> str:
-        """Return one line that says why there may be no frames."""
+        """Return one line with a likely reason for missing frames."""
         count = self.counters
         text = self._doing and f"{self._doing} (for {time.monotonic() - self._since:.0f} s)"
         if not text and not count.people:
@@ -344,7 +344,7 @@ def clean(found: Floats, confidence: float) -> tuple[Floats, dict[str, NDArray[n
         (17,) masks `no_depth`, `unsure` and `far_off`.
     """
     pose = found * (1.0, -1.0, -1.0, 1.0)
-    pose[pose[:, 3] < 0, 3] = 1.0  # the network does not say how sure it is
+    pose[pose[:, 3] < 0, 3] = 1.0  # the network gives no confidence
     no_depth = ~(np.isfinite(found).all(1) & (found[:, 2] > 0))
     unsure = ~no_depth & (pose[:, 3] < confidence)
     pose[no_depth | unsure] = np.nan

@@ -22,7 +22,7 @@ class OakOptions(msgspec.Struct, frozen=True):
         model: Name at the maker's hub or path of an archive; empty for the platform's usual one.
         device: Id, address or USB port of one camera; empty for the first one found.
         fps: Pictures per second; None for the rate of the platform's usual model.
-        unit: Unit of the coordinates; `auto` believes the messages.
+        unit: Unit of the coordinates; `auto` uses that of the messages.
     """
 
     model: str = ""

@@ -33,7 +33,7 @@ class OscDecoder:
     """Turns datagrams into metas, frames and departures.
 
     The caller hands datagrams over in the order of arrival. While `pending` is true and nothing more waits to be read,
-    it soon calls `idle`: most protocols do not say where a frame ends.
+    it soon calls `idle`: most protocols do not mark the end of a frame.
 
     Args:
         address: `osc://HOST:PORT?profile=…`, for its options.

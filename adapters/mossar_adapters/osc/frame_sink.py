@@ -91,7 +91,7 @@ class OscFrameSink:
 class VmcFrameSink:
     """Sends humanoid bones; implements `FrameSink`, and sends rotations where the recording has them.
 
-    One sink sends one performer: VMC has no ids, receivers tell avatars apart by port.
+    One sink sends one performer: VMC has no ids, receivers distinguish avatars by port.
 
     Args:
         address: `osc://HOST:PORT?profile=vmc`.
@@ -139,7 +139,7 @@ class VmcFrameSink:
                 self._sender.send(data)
 
     def send_motion(self, chunk: MotionChunk) -> None:
-        """Send rotations, and positions unless the URL says otherwise."""
+        """Send rotations, and positions unless the URL excludes them."""
         if self._turning is None:
             raise ValueError("announce_motion comes before send_motion")
         pose = self._turning.pose(chunk)

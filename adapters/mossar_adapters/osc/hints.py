@@ -186,7 +186,7 @@ def _is_clock(column: Sequence[Any]) -> bool:
 
 
 def _is_person(column: Sequence[Any]) -> bool:
-    """Return whether a column may say whose a joint is: few whole numbers or words, which come again, unlike counters."""
+    """Return whether a column may name the performer of a joint: few whole numbers or words, which come again, unlike counters."""
     values = set(column)
     whole = all(isinstance(value, int | str) for value in column)
     return whole and len(values) <= _MOST_PEOPLE and (len(values) == 1 or _comes_again(column))

@@ -52,7 +52,7 @@ class Body:
         self.name = name
         self.number = number
         self.id: str | None = None  # the sender's, at present or last
-        self.met: int = 0  # how many people were met before this one; 0 while the slot was never used
+        self.met: int = 0  # number of people met before this one; 0 while the slot was never used
         self.pinned = False  # whether the slot is kept for this person, however long it is away
         self.time = -np.inf  # s, when last seen
         self.pose: NDArray[Any] = np.zeros((0, 3))  # (J, 3) metres, each joint where it was seen last

@@ -1,4 +1,4 @@
-"""Likeness: how much speaks against a newcomer being the person of a slot, by place and by the lengths of bones.
+"""Likeness: the evidence against a newcomer being the person of a slot, by place and by the lengths of bones.
 
 Negative log likelihoods: the smallest wins, and the difference is its certainty. Place: the distance from the expected
 place, which becomes less certain the longer the person is out of sight, and unknown after `LOST`. Bones: the medians of
@@ -16,7 +16,7 @@ from mossar_adapters.people.newcomer import Newcomer
 from mossar_adapters.people.samples import Bones, median
 from mossar_stream import Skeleton
 
-LOST: Final = 2.0  # s after which the place says nothing any more
+LOST: Final = 2.0  # s after which the place is no evidence any more
 # The rest was fitted with `python -m checks.people`, on scenes of other seeds than those of docs/people.md.
 _NEAR: Final = 0.08  # m, error of a place at once
 _WANDER: Final = 0.7  # m/s, added to it while the person is out of sight

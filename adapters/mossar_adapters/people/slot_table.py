@@ -128,7 +128,7 @@ class SlotTable:
         return Memory(self.people, now, self._met, self._reuses, former, chosen, people).to_bytes()
 
     def recall(self, data: bytes) -> None:
-        """Go on with the people of an earlier run; `restart` says when. Slots beyond those of now are left out.
+        """Continue with the people of an earlier run; `restart` sets the time. Slots beyond the present number are left out.
 
         Raises:
             SnapshotError: If the bytes are damaged, or the only slot was for others.
@@ -150,7 +150,7 @@ class SlotTable:
         self._now = memory.now if memory.slots else -np.inf
 
     def restart(self, time: float, passed: float = SET) -> float:
-        """Go on with a clock that was set back to a time (s); return by how much, s.
+        """Go on with a clock that was set back to a time (s); return the shift, s.
 
         Args:
             time: s, on the new clock.

@@ -152,7 +152,7 @@ class Slots(SlotTable):
             times: (n,), s.
 
         Returns:
-            The slot, and of how many frames from the first on.
+            The slot, and the number of frames from the first on.
         """
         body = self._ids.get(ident)
         if body is None:
@@ -224,7 +224,7 @@ class Slots(SlotTable):
         ]
 
     def restart(self, time: float, passed: float = SET) -> float:
-        """Go on with a clock that was set back to a time (s); return by how much, s.
+        """Go on with a clock that was set back to a time (s); return the shift, s.
 
         No id is observed afterwards: settle undecided ones before.
 

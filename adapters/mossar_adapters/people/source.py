@@ -93,7 +93,7 @@ class PeopleSource:
         return self
 
     def set(self, people: object = None, remember: object = None) -> None:
-        """Change how many people are followed, and for how long absent ones are remembered.
+        """Change the number of followed people, and the time for which absent ones are remembered.
 
         Args:
             people: As for `Slots`; None to leave it. Slots for the nearest or first begin anew.
@@ -283,7 +283,7 @@ class PeopleSource:
             pending[ident] = frames if begin == 0 else part(frames, begin, len(frames))
 
     def _run(self, frames: Frames, end: int) -> Generator[Item, None, int]:
-        """Pass frames on as far as nothing has to be decided; return how many were."""
+        """Pass frames on as far as nothing has to be decided; return their number."""
         begin = 0
         while begin < end:
             slot, count = self._slots.run(

@@ -1,4 +1,4 @@
-"""Newcomers: how much that is new a live source may bring in a second, so that a stranger does not cost the others.
+"""Newcomers: the rate of new performers that a live source may bring, so that a stranger does not cost the others.
 
 A new performer, and another skeleton of a known one, stop the thread that segments all performers: for 3 ms with 21 joints,
 for 20 ms with 1,024 and limbs. Each is paid for by its joints, out of an allowance that fills with time. Joints beyond

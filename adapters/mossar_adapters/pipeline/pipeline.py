@@ -394,7 +394,7 @@ class Pipeline(Run):
                 outlet.put(parcel)
 
     def _turn_away(self, performer: PerformerRecord, count: int) -> None:
-        """Count the frames of a newcomer for whom there is no room; say so at the first."""
+        """Count the frames of a newcomer without room; log the first."""
         # The latest comes first: in a flood of names it was refused, and the search ends there.
         if not any(other.is_refused for other in reversed(self.performers.values())):
             _log.warning(

@@ -53,5 +53,5 @@ def take_starts(events: list[Event], frames: Frames) -> list[TakeStart]:
 
 
 def is_start(event: Event) -> TypeGuard[StreamEvent]:
-    """Return whether an event says that a take began."""
+    """Return whether an event reports the begin of a take."""
     return isinstance(event, StreamEvent) and event.event == "started"

@@ -92,7 +92,7 @@ class Upkeep:
                 self._write(run, complete=False)
 
     def send_stats(self, run: Run) -> None:
-        """Send the counters of all performers, and say them."""
+        """Send the counters of all performers, and log them."""
         for performer in sorted(run.pool.names):
             event = self.stats_of(run, performer)
             run.send([event])

@@ -60,7 +60,7 @@ class Camera:
         clock: Monotonic, s.
 
     Attributes:
-        fps: Nominal rate, Hz; None if the camera does not say, or is not open yet.
+        fps: Nominal rate, Hz; None if the camera states none, or is not open yet.
 
     Raises:
         PoseError: If it is not there or forbidden; the message has the reason and the remedy.
@@ -180,7 +180,7 @@ def numbered(options: CameraOptions) -> str:
 
 
 def check_camera(options: CameraOptions) -> None:
-    """Check, without opening it, that a camera is there and this user may use it, as far as the system says so.
+    """Check, without opening it, that a camera is there and this user may use it, as far as the system shows.
 
     Raises:
         PoseError: If not; the message has the reason and the remedy.

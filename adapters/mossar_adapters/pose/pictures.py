@@ -25,7 +25,7 @@ class Video(msgspec.Struct, frozen=True):
     """The metadata of a video file.
 
     Args:
-        count: Pictures that it should have; 0 if it does not say.
+        count: Pictures that it should have; 0 if it states none.
         fps: Mean rate, Hz.
     """
 
@@ -61,7 +61,7 @@ def describe(path: Path) -> Video:
 
 
 def pictures(path: Path) -> Iterator[tuple[Picture, float]]:
-    """Yield the pictures of a video, (h, w, 3) BGR, turned as it says they are to be shown, with their times, s.
+    """Yield the pictures of a video, (h, w, 3) BGR, turned as the video states, with their times, s.
 
     Times increase; where a file gives none, or one that does not, the mean rate goes on.
 

@@ -37,7 +37,7 @@ OPTIONS: Final = {
 BROWSER: Final = "browser"  # in place of a number: the camera of the browser, on the page of `mossar view`
 _RATES: Final = (1.0, 240.0)  # Hz
 _SIDES: Final = (64, 8192)  # pixels
-_IDLE: Final = 0.1  # s without anything after which the reader is told so
+_IDLE: Final = 0.1  # s without items after which the reader gets None
 _SHORTEST_PAUSE, _LONGEST_PAUSE = 0.5, 10.0  # s between two attempts to get a lost camera back
 
 _log = logging.getLogger("mossar.webcam")
@@ -177,7 +177,7 @@ class WebcamSource:
                 self._camera.close()
 
     def explain(self) -> str:
-        """Return one line that says why there may be no frames."""
+        """Return one line with a likely reason for missing frames."""
         count = self.counters
         text = self._doing
         if not text and not count.people:

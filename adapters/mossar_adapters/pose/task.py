@@ -1,7 +1,7 @@
 """The bundle that the maker's landmarker for browsers takes, made of the two networks.
 
-A `.task` is a zip archive, stored, of the detector and the landmarks. Each carries TFLite metadata, which say how
-pixels are to be scaled; without them the landmarker refuses it. They are a FlatBuffer of the schema
+A `.task` is a zip archive, stored, of the detector and the landmarks. Each carries TFLite metadata, with the scaling of
+pixels; without them the landmarker refuses it. They are a FlatBuffer of the schema
 `metadata_schema.fbs`, appended to the network as a buffer of the name TFLITE_METADATA.
 """
 
@@ -43,7 +43,7 @@ def write_task(weights: Weights, path: Path) -> None:
 
 
 def _described(path: Path, mean: float, deviation: float) -> bytes:
-    """Return a network with metadata that say how its pixels are scaled."""
+    """Return a network with metadata of the scaling of its pixels."""
     needed("ai_edge_litert", "webcam", "the camera of the browser (webcam:browser)")
     import flatbuffers
     from ai_edge_litert import schema_py_generated as schema

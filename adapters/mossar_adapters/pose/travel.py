@@ -2,9 +2,9 @@
 
 World landmarks have the hips at the origin. Where these are relative to the camera follows from the picture: a body
 that takes up fewer pixels for each of its metres is farther away (weak perspective), and the place of the hips in the
-picture says in which direction.
+picture gives the direction.
 
-No camera says how wide it sees. `FIELD` is that of usual webcams; with another one the distance is wrong by a constant
+No camera states its field of view. `FIELD` is that of usual webcams; with another one the distance is wrong by a constant
 factor, sideways and upward travel is not, for it depends on pixels for each metre alone.
 """
 

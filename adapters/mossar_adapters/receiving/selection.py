@@ -31,7 +31,7 @@ class SelectedSource:
     def __init__(self, source: Source, options: ReadOptions) -> None:
         self._source = source
         self._options = options
-        self._others: set[str] = set()  # performers that are not wanted, as far as they were logged
+        self._others: set[str] = set()  # unwanted performers that were logged
         # The joints that are wanted of each performer, by number; none for all, None if it lacks one.
         self._joints: Newest[str, NDArray[np.intp] | None] = Newest(_NAMES)
         self.name, self.live = source.name, source.live

@@ -33,7 +33,7 @@ MOST_HELD: Final = 64  # frames
 LONGEST_HELD: Final = 0.5  # s
 _PATIENCE: Final = 0.1  # s without a frame after which those held back may go on,
 _MISSED: Final = 3  # and as many times from frame to frame
-USUAL_RATE: Final = 30.0  # Hz, of frames whose arrivals say nothing
+USUAL_RATE: Final = 30.0  # Hz, of frames with meaningless arrivals
 _STANDING: Final = 4  # standing steps; fewer are frames that were sent twice
 _OFTEN: Final = 8  # in the long run, if they are more than one in so many
 _SPAN: Final = 128  # steps, of the long run
@@ -44,7 +44,7 @@ _LEAP: Final = 0.25  # s
 _FASTER: Final = 4.0  # times the arrivals: replays up to this speed look right
 _CREEP: Final = 0.004  # s; a step below it that is also a tenth of the arrivals' hardly moves
 _NO_SECONDS: Final = 1e11  # later than any date: Unix time in ms has 12 digits or more before the point
-_TOGETHER: Final = 1e-3  # s; frames that come in less were kept somewhere: their arrivals say nothing
+_TOGETHER: Final = 1e-3  # s; frames that come in less were kept somewhere: their arrivals are meaningless
 UNITS: Final = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
 _RATES: Final = (5.0, 250.0)  # Hz of senders of poses
 _SPANS: Final = 2  # in a row, of half a second, in which the rates differ
@@ -86,7 +86,7 @@ class SenderClock(Generic[Kept]):
         differs: Whether two frames show different poses; asked only about frames with the same time.
         note: Receives one line for people when the verdict changes.
         rate: Hz at which frames are counted where the sender's clock does not run, in place of the arrivals.
-        piped: Whether arrivals may say nothing, as those of a file that is read through a pipe.
+        piped: Whether times of arrival may be meaningless, as those of a file that is read through a pipe.
 
     Example:
         >>> clock = SenderClock(Verdict(), lambda a, b: a != b, lambda text: None)

@@ -23,13 +23,13 @@ CURVE_OPTIONS = {
     "clients": "folder with the CURVE public keys (.key) of allowed clients",
 }
 MAX_MESSAGE = 1 << 17  # bytes; 1024 joints with confidence as JSON take 90 thousand
-HANDSHAKE_MS = 3000  # a connection that says nothing holds a descriptor as long
+HANDSHAKE_MS = 3000  # a silent connection holds a descriptor as long
 RECONNECT_MS, RECONNECT_MAX_MS = 50, 2000  # back-off between attempts
 LINGER_MS = 500  # a sender's last messages may take this long; a dead receiver costs no more
 
 
 def binds(address: Address) -> bool:
-    """Return whether the URL says bind."""
+    """Return whether the URL is one to bind."""
     return "bind" in address.scheme
 
 

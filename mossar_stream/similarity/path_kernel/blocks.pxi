@@ -20,7 +20,7 @@ cdef struct BlockSum:
 
 cdef struct Twins:  # Groups of vertices that can be swapped without changing a path's weight; vertex 0 stays alone.
     int64_t count  # of groups
-    double states  # ways to choose how many members of each group a path covers
+    double states  # choices of the numbers of members of each group that a path covers
     int64_t size[MOST_VERTICES]  # (count,) number of members of each group
     int64_t member[MOST_VERTICES]  # (count,) one of them
     int64_t other[MOST_VERTICES]  # (count,) another one, or the same
@@ -107,7 +107,7 @@ cdef bint _are_twins(const Block* block, int64_t u, int64_t v) noexcept nogil:
 cdef BlockSum subset_sum(const Block* block, const Twins* twins, void* room) noexcept nogil:
     """Sum the paths of a block by the sets they cover.
 
-    A set says how many members of each group of twins are covered. ``sums[S, g]`` is the weight of all paths that
+    A set is the number of covered members of each group of twins. ``sums[S, g]`` is the weight of all paths that
     cover the set S and end in the group g, without the weight of that end. Few sets of a sparse graph are covered
     by any path, so the groups where one ends are kept as bits of ``live[S]``.
 

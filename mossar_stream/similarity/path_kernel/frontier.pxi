@@ -1,6 +1,6 @@
 """The exact sum over the paths of a large sparse block by a frontier programme (see `path_sum.pxi`).
 
-The vertices are settled one by one. A state says how the edges chosen at the settled vertices meet the
+The vertices are settled one by one. A state describes how the edges chosen at the settled vertices meet the
 frontier, the vertices that are not settled but have a settled neighbour. States that agree have the same
 futures, so only the sum of their weights is kept: this is Knuth's Simpath (The Art of Computer Programming
 4A, exercise 7.1.4-225), with free ends and with weights in place of a decision diagram. The number of states
@@ -35,7 +35,7 @@ cdef struct PathState:
 cdef struct States:  # A table of states.
     PathState* at
     int64_t size  # a power of two
-    int64_t many  # how many there are
+    int64_t many  # number of them
 
 
 cdef struct Vertex:  # The vertex that is settled, and the edges from it that are not.
@@ -72,7 +72,7 @@ cdef (double, int64_t) elimination_order(const Block* block, int64_t* order) noe
 cdef (double, int64_t) _greedy_order(
     const Block* block, int64_t start, double limit, int64_t* order
 ) noexcept nogil:
-    """Settle from `start` on whatever adds fewest vertices to the frontier; give up at the limit."""
+    """Settle, from `start` on, the vertex that adds fewest others to the frontier; give up at the limit."""
     cdef double states, cost = 0.0
     cdef uint64_t rest, new, frontier = bit(start)
     cdef uint64_t fresh = ~frontier  # neither settled nor on the frontier

@@ -27,7 +27,7 @@ class Detector(Protocol):
 
 
 class Causal:
-    """A detector that has nothing to say when a take ends."""
+    """A detector without cuts at the end of a take."""
 
     def finish(self) -> list[float]:
         """See `Detector`."""

@@ -20,7 +20,7 @@ from mossar_tools.evaluation.takes import Take
 
 WORTH = 0.5  # F1 from which a peer's speed is compared with ours
 LONG = 5.0  # s of a run that is not repeated
-TIMES = 10.0  # how much quicker we want to be than such a peer
+TIMES = 10.0  # target of our speed relative to such a peer
 NOTES = """F1: mean over recordings, one-to-one within the label's tolerance; delay: median time from the true cut to the decision
 frames/s: from positions to cuts, processor time where marked "cpu"; the input of a peer, the mean joint speed (curve) or
 the coordinates relative to the centre (poses), is made in numpy frame by frame; alone: if it came for nothing

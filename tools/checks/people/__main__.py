@@ -56,7 +56,7 @@ def share_right(verdicts: list[Verdict]) -> float:
 
 
 def share_back(verdicts: list[Verdict]) -> float:
-    """Return the share of those who came back to their slot."""
+    """Return the share of people who came back to their slot."""
     return sum(v.found for v in verdicts) / max(sum(v.returns for v in verdicts), 1)
 
 

@@ -209,7 +209,7 @@ class Motion:
         return middle if (finals[-1] if finals else 0) < middle < until else here
 
     def _label_at(self, number: int, end: int) -> int:
-        """Return the label of a candidate as far as it is known before a frame."""
+        """Return the label of a candidate by the state before a frame."""
         label, known = self.labels[number]
         return label if known < end else int(kernels.UNLABELLED)
 

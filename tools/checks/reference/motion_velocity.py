@@ -55,7 +55,7 @@ def velocity(poses: Array, times: Array, joints: int, speed: Array) -> Heard:
 
 
 class _Ear:
-    """The sensor's noise, as far as it was heard; every frame comes in time."""
+    """The estimated noise of the sensor; every frame comes in time."""
 
     def __init__(self) -> None:
         self.span = self.path = self.turn = self.heard = self.squares = 0.0

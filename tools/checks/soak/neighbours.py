@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mossar_adapters.demo.body import SKELETON
 from mossar_stream import Event, Performers, Segmenter
 
-_IDLE = 40  # connections to each server that say nothing; more than the one for metrics keeps
+_IDLE = 40  # silent connections to each server; more than the one for metrics keeps
 _PERIOD = 1.0  # s between two looks at them
 _MISUSES = 5  # looks between two misuses
 Push = Callable[[NDArray[np.float32], NDArray[np.float64]], list[Event]]
@@ -60,11 +60,11 @@ class Neighbours:
 
 
 class IdleClients:
-    """Connects to servers, says nothing, and connects again when it was hung up on.
+    """Connects to servers, stays silent, and connects again after each disconnection.
 
     Args:
         ports: Of the servers.
-        counted: Is told how many there were.
+        counted: Gets the number of connections.
     """
 
     def __init__(self, ports: list[int], counted: Counter[str]) -> None:
@@ -124,7 +124,7 @@ class Misuse:
     """Lets two threads share a segmenter, and a pool: that must be reported at once, and do no harm.
 
     Args:
-        counted: Is told how often it was refused.
+        counted: Gets the number of refusals.
         frames: That each thread pushes.
     """
 

@@ -36,7 +36,7 @@ class Stage:
 
     Args:
         url: Where the pipeline listens.
-        truth: Is told everything that is sent.
+        truth: Gets everything that is sent.
         arrived: Returns the frames that the pipeline has taken.
         seed: The same seed makes the same faults.
     """

@@ -16,7 +16,7 @@ from mossar_tools.palette import Palette
 WIDTH = 11.0  # inches
 MOST = 8  # recordings that are drawn
 MOST_NAMES = 12  # of a confusion; the rest is left out
-# Okabe and Ito's colours, told apart with any kind of colour vision.
+# Okabe and Ito's colours, distinct with any kind of colour vision.
 COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442", "#999999")
 
 

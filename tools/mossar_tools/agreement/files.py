@@ -71,7 +71,7 @@ def tiers_of(paths: Sequence[Path], wanted: Sequence[str]) -> list[Tier]:
         wanted: A name for all, or one for each; none takes the tier that all have in common, or the only one of each.
 
     Raises:
-        MossarError: If a file cannot be read, or it is not clear which tier is meant.
+        MossarError: If a file cannot be read, or the wanted tier is not clear.
     """
     if len(wanted) not in {0, 1, len(paths)}:
         raise UsageError(f"--tier names one tier, or one for each of the {len(paths)} labellers")

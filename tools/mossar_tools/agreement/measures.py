@@ -22,7 +22,7 @@ class Agreement(msgspec.Struct, frozen=True):
         boundaries: How many each of the two has.
         hits: By tolerance, s: boundaries of both that lie within it, one to one.
         offsets: s from the first's boundary to the second's, one for each hit at the largest tolerance.
-        confusion: By the names that both gave: s of stretches, or how many moments.
+        confusion: By the names that both gave: s of stretches, or number of moments.
         moments: Whether the labels are moments.
     """
 
@@ -120,7 +120,7 @@ def boundaries(tier: Tier) -> list[float]:
 
 
 def _overlaps(one: Tier, other: Tier) -> dict[Names, float]:
-    """Return for how long which names were given at once, s, from 0 to the last end."""
+    """Return the duration of each pair of names, s, from 0 to the last end."""
     edges = sorted({0.0, *boundaries(one), *boundaries(other)})
     found: dict[Names, float] = defaultdict(float)
     ours, theirs = _names(one, edges), _names(other, edges)

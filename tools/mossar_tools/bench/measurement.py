@@ -8,8 +8,8 @@ import msgspec
 import numpy as np
 
 Unit = Literal["frames/s", "ns/frame", "ns", "us", "ms", "s", "MB", "kB", "performers", ""]
-OWN = 0.9  # share of the time that a run must have had the processor for the wall clock to say something
-HALF = 2.0  # by how much a target may be missed while neighbours load the machine
+OWN = 0.9  # least share of the time with the processor for which the wall clock is meaningful
+HALF = 2.0  # factor by which a target may be missed while neighbours load the machine
 
 
 class Target(msgspec.Struct, frozen=True):

@@ -149,7 +149,7 @@ class Controls:
             self._on(self._count, lambda value: show.set_count(int(value)))
 
     def _name_level(self, name: Any) -> None:
-        """Show a named level, and say so where its features are other ones."""
+        """Show a named level, with a note if its features are other ones."""
         show = self._show
         if not needs_other_bundle(show.settings, name):
             show.set_level(name)

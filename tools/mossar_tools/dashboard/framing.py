@@ -22,7 +22,7 @@ USUAL = (1440, 800)
 
 
 def size_teller() -> str:
-    """Return HTML that tells the size of its window, which viser knows in pixels of the graphics card only.
+    """Return HTML that reports the size of its window, which viser knows in pixels of the graphics card only.
 
     It also gives the page its name, for which viser has no option.
     """

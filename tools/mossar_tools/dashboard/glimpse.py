@@ -22,7 +22,7 @@ class Repeated(msgspec.Struct, frozen=True):
 
 
 class FollowedMove(msgspec.Struct, frozen=True):
-    """A move that is followed, as it is shown.
+    """View of a followed move.
 
     Args:
         name: Of the move.
@@ -62,7 +62,7 @@ class Body(msgspec.Struct, frozen=True):
 
     Args:
         joints: (J, 3) m; x to the right of the viewer, y away, z up, the centre above the origin.
-        motion: (J,) how much each joint moves, 0..1.
+        motion: (J,) share of each joint in the motion, 0..1.
     """
 
     joints: NDArray[np.float32]

@@ -1,4 +1,4 @@
-"""Motion: how much each joint moves, relative to the centre of the body."""
+"""Motion: the share of each joint in the motion, relative to the centre of the body."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -175,7 +175,7 @@ class RecordedShow:
             return [(part.performer, mark) for part in self._parts for mark in part.chart.marks]
 
     def picture(self, palette: Palette) -> tuple[str, bytes]:
-        """Return the first performer's name, and the whole recording of them as it is shown, as a PNG.
+        """Return the first performer's name, and the shown picture of the whole recording as a PNG.
 
         Raises:
             MossarError: If matplotlib is missing.

@@ -12,7 +12,7 @@ def save_settings(folder: Path, settings: Settings, level: LevelName | float, st
 
     Args:
         folder: Target folder.
-        settings: As they are now; `level` as it was at the start.
+        settings: The present ones, with the level of the start.
         level: As it is now.
         strength: The strength of `level`.
 

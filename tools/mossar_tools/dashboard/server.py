@@ -1,6 +1,6 @@
 """Server: viser's, closed to pages of other sites and to devices that were not invited.
 
-A browser lets any site open a WebSocket to 127.0.0.1; only the `Origin` that it sends tells such a site from our own
+A browser lets any site open a WebSocket to 127.0.0.1; only the `Origin` that it sends distinguishes such a site from our own
 page. viser 1.1 has no hook to look at it, and a server before it would leave viser's own port open. So the function that
 it serves with is replaced while it starts, for viser's call alone.
 """

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from mossar_adapters.pose.source import Seen
 
 RATE: Final = 25.0  # Hz
-_STALE: Final = 1.5  # s without frames after which the page says so
+_STALE: Final = 1.5  # s without frames after which the page shows it
 _SLOW: Final = 12.0  # pictures a second; fewer lose fast movements
-_SLOW_FOR: Final = 3.0  # s, before the page says so
+_SLOW_FOR: Final = 3.0  # s, before the page shows it
 _STANDS: Final = 10.0  # s for which a warning stays as it is
 Preview = Callable[[], "Seen | None"]
 

@@ -138,8 +138,8 @@ class VmcFrames:
 def exact_time(seconds: float, fps: float | None) -> float:
     """Return the frame's time of a clock that was rounded to float32 on the way.
 
-    A number that float32 cannot tell from a multiple of a usual frame time is that multiple. This keeps
-    frames equally spaced, as they were sent.
+    A number that float32 cannot distinguish from a multiple of a usual frame time is that multiple. This keeps
+    the equal spacing of the sent frames.
 
     Args:
         seconds: As received.
