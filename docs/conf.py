@@ -1,4 +1,4 @@
-"""How the documentation becomes a site: `python -m sphinx -W -b html docs site`."""
+"""Build of the documentation as a site: `python -m sphinx -W -b html docs site`."""
 
 import sys
 from pathlib import Path

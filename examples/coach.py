@@ -13,7 +13,7 @@ STRAYS = 10.0  # degrees of deviation from which a limb is named
 
 
 def said(event: FollowEvent) -> str:
-    """Return what a coach says about a performance: its count, what to mind, and how like the example it was."""
+    """Return a coach's line about a performance: its count, a correction, and its score."""
     angle = event.limbs.get(event.limb, event.deviation)  # of the body where no limb can be judged
     mind = (
         f"mind the {event.limb.replace('_', ' ')}, {angle:.0f} degrees off" if angle > STRAYS else "well done"

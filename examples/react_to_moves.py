@@ -1,4 +1,4 @@
-"""A game that reacts to moves: what the loop of one looks like.
+"""A game that reacts to moves: its loop.
 
 Show the moves (`mossar teach moves.json SOURCE --name punch`), start
 `mossar run SOURCE --moves moves.json --emit move,stream --to 'zmq+bind://127.0.0.1:5556?encoding=json'`, then this program;

@@ -1,4 +1,4 @@
-"""Receive events over ZeroMQ: what a program that reacts looks like.
+"""Receive events over ZeroMQ: the loop of a program that reacts.
 
 Start `mossar run SOURCE --to 'zmq+bind://127.0.0.1:5556?encoding=json'`, then this program; it ends with the take.
 """

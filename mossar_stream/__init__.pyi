@@ -1,4 +1,4 @@
-# The public names and the modules that they come from. `__init__.py` reads this file: each name stands here and nowhere else.
+# The public names and the modules that they come from. `__init__.py` reads this file, the only place of these names.
 
 from mossar_stream.angles import RangeOfMotion as RangeOfMotion
 from mossar_stream.angles import joint_angles as joint_angles

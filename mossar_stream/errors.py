@@ -1,14 +1,14 @@
 """Errors of the package, as one tree.
 
-Misuse by the calling program raises `ValueError` or `TypeError`; the classes here are for what comes from
-outside: settings written by users, frames sent by others, files and snapshots of unknown origin.
+Misuse by the calling program raises `ValueError` or `TypeError`; the classes here are for data from outside:
+settings written by users, frames sent by others, files and snapshots of unknown origin.
 """
 
 
 class MossarError(Exception):
     """Root of every error that a user, a sender or a file can cause.
 
-    Its text is one printable line, whatever names and words of others it quotes.
+    Its text is one printable line, whichever names and words it quotes.
     """
 
     def __str__(self) -> str:
@@ -25,7 +25,7 @@ class FrameError(MossarError, ValueError):
 
 
 class MovesError(MossarError, ValueError):
-    """An example, a move's name or a file of moves cannot be used; the message says which and why."""
+    """An example, a move's name or a file of moves cannot be used; the message names it and the reason."""
 
 
 class SnapshotError(MossarError, ValueError):

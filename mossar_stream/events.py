@@ -46,7 +46,7 @@ MOVE_STATUSES: tuple[MoveStatus, ...] = get_args(MoveStatus)
 SEGMENT_STATES: tuple[SegmentState, ...] = get_args(SegmentState)
 
 
-# `omit_defaults` leaves out what has its default, as `channel` and `limb` should be; what a factory makes is always sent.
+# `omit_defaults` leaves out fields with their default, such as `channel` and `limb`; a value from a factory is always sent.
 _ALWAYS_SENT: int = msgspec.field(default_factory=lambda: SCHEMA_VERSION)
 SENT_AS_NONE: float | None = msgspec.field(default_factory=lambda: None)
 
@@ -284,7 +284,7 @@ class StreamEvent(
 
     Args:
         event: `started` and `ended` enclose a take; `stalled`, `resumed` and `reset` come between.
-        reason: Why a take ended; else empty.
+        reason: Reason of an end; else empty.
         run: Of `started`: the run of the program that emits the events. The pipeline sets it; a segmenter does not, and
             then it is not sent.
     """
@@ -397,8 +397,8 @@ class PoseEvent(msgspec.Struct, frozen=True, tag_field="type", tag="pose", kw_on
         name: Name of the pose, as it was taught.
         status: `entered` when the performer comes to rest in the pose, `held` once, when it has been held for its `hold`
             seconds, and `left`.
-        start: When the performer came near to the pose, s on the source's clock.
-        seconds: How long the pose has been held, s; of `left` how long it was.
+        start: Time at which the performer came near to the pose, s on the source's clock.
+        seconds: Time for which the pose has been held, s; of `left` in all.
         deviation: Root mean square angle between the directions of bones and those of the pose, since `entered`, degrees.
         limbs: The same for each limb.
         joint: End of the bone that deviates most.

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from mossar_stream.errors import FrameError
 
 MAX_PERFORMER_NAME = 64
-NEAR = 16.0  # m; so far from the origin single precision is a micrometre
-_LONGEST = 1024  # characters that are looked at: others may send names of any length
+NEAR = 16.0  # m from the origin, where single precision is a micrometre
+_LONGEST = 1024  # characters that are read: senders may use names of any length
 
 
 class Frames(msgspec.Struct, frozen=True):
@@ -85,7 +85,7 @@ def refuse_text_as_rate(fps: object) -> None:
 
 
 def reshaping(shape: tuple[int, ...]) -> str:
-    """Return the remedy for positions of a shape that is not (n, J, 3), after a semicolon; empty if that is not known.
+    """Return the remedy for positions of a shape other than (n, J, 3), after a semicolon; empty if it is unknown.
 
     Example:
         >>> reshaping((90, 63))
@@ -106,7 +106,7 @@ def reshaping(shape: tuple[int, ...]) -> str:
 
 
 def narrow(positions: NDArray[Any]) -> NDArray[Any]:
-    """Return positions, m, in single precision, or in double where they lie so far off that it would lose something.
+    """Return positions, m, in single precision, or in double where single would be too coarse.
 
     Example:
         >>> narrow(np.array([1.0, 2.0])).dtype, narrow(np.array([1.0, 1e4])).dtype

@@ -15,9 +15,9 @@ from typing import NamedTuple
 from mossar_stream.events import Side
 
 SIDES: tuple[Side, Side] = ("left", "right")
-REMEMBERED = 64  # joint sets of which is remembered what was found
+REMEMBERED = 64  # joint sets whose results are cached
 
-# What joints are called, as words without their side: of several that a set has, the first is meant. A humanoid's LeftShoulder
+# Names of joints, as words without their side; of several that a set has, the first one is used. A humanoid's LeftShoulder
 # is the collar bone and its LeftUpperArm the shoulder. Of joints with numbers, `#` is the lowest, `##` the highest, and
 # `###` the highest if that is 2 or more.
 _TRUNK = {
@@ -72,7 +72,7 @@ _TRUNK_WORDS = frozenset(
         "torso",
     ]
 )
-_VERTEBRAE = re.compile(r"l[35]|t8|t12")  # of a body that has a pelvis: alone they are markers on the skin
+_VERTEBRAE = re.compile(r"l[35]|t8|t12")  # if there is a pelvis; alone they are markers on the skin
 # Words that programs write with every joint.
 _IDLE = frozenset(
     [
@@ -95,7 +95,7 @@ _IDLE = frozenset(
         "armature",
     ]
 )
-# Words that say that a joint is no joint of the body itself, however many names have them.
+# Words of joints that do not belong to the body, however many names have them.
 _MEANT = frozenset(
     [
         "twist",
@@ -181,7 +181,7 @@ class JointName(NamedTuple):
         part: The part of a side or of the trunk, in the words of the table; empty if it is not known.
         number: Its digits, as written.
         rest: All words but the side: the joint of the other side has the same.
-        extra: How many kinds of words were passed over: of two names of one joint, the plainer is meant.
+        extra: Number of ignored kinds of words: of two names of one joint, the plainer one is used.
     """
 
     side: str
@@ -243,7 +243,7 @@ def _read_words(words: tuple[str, ...], shared: set[str]) -> JointName:
         return JointName("", joined, "", words, 0)
     side = {"l": "left", "r": "right"}.get(sides[0][0], "") if len(sides) == 1 else ""
     rest = tuple(word for word in words if word not in sides) if side else words
-    # Where all are joints, a hip joint is a hip; Acclaim's is a bone above it.
+    # A hip joint is a hip in a set of joints; Acclaim's is a bone above it.
     passed_over = shared & {"joint"}
     for extra, idle in enumerate((frozenset[str](), _IDLE, frozenset(shared))):
         passed_over |= idle
@@ -273,7 +273,7 @@ def _side_within(key: str) -> tuple[str, str]:
 
 
 def find_joints(names: Sequence[str]) -> dict[str, int]:
-    """Return which joints are known by name.
+    """Return the joints that are known by name.
 
     Args:
         names: Of the joints of a skeleton.
@@ -426,7 +426,7 @@ _HEIGHTS = [
 
 
 def counterparts(names: Sequence[str]) -> list[int]:
-    """Return for each joint the one whose name differs in the side only; itself without a side, -1 if there is none.
+    """Return the counterpart of each joint, whose name differs in the side only; itself without a side, -1 if there is none.
 
     Example:
         >>> counterparts(["hips", "thumb_01_l", "thumb_01_r", "LeftEye", "lfingers", "rfingers"])
@@ -439,7 +439,7 @@ def counterparts(names: Sequence[str]) -> list[int]:
     whole = {name: joint for joint, name in reversed(list(enumerate(names)))}
 
     def of_letters(joint: int) -> int:
-        """Return the joint of which the first letter is the other side's, as of `lthumb`."""
+        """Return the joint with the other side's first letter, as of `lthumb`."""
         name = names[joint]
         return whole.get(letters.get(name[:1], "") + name[1:], joint)
 

@@ -31,19 +31,19 @@ MOST_PERFORMERS = 1024
 MOST_MEMORY = 1 << 32  # bytes
 ANYBODY = Skeleton(("a", "b"), (-1, 0))
 MOST_KINDS = 8  # of performers that share examples: skeletons
-MOST_ABSENT = 1024  # performers who made room for others and are not forgotten yet
+MOST_ABSENT = 1024  # replaced performers that are remembered
 
 
 class _Absent(msgspec.Struct, frozen=True):
     """The part of a performer that outlasts a segmenter."""
 
     counts: dict[str, int]  # see `Segmenter.counts`
-    own: Settings | None  # settings of the performer's own, as far as they are in
+    own: Settings | None  # settings of the performer's own, if it has any
     fields: tuple[str, ...]
 
     @property
     def changes(self) -> dict[str, object]:
-        """What the performer's own settings change."""
+        """The fields that the performer's own settings change."""
         return {field: getattr(self.own, field) for field in self.fields}
 
 
@@ -103,11 +103,11 @@ class Performers:
         self._banks: dict[tuple[Skeleton, Up], NDArray[np.uint8]] = {}
         self._most = most
         self._workspace = Workspace()
-        self._pending: list[Event] = []  # of those who left, and of a call that an exception cut short
+        self._pending: list[Event] = []  # of performers that left, and of a call that an exception cut short
         # In the order in which they were last used.
         self._segmenters: OrderedDict[str, Segmenter] = OrderedDict()
         self._absent: dict[str, _Absent] = {}  # in the order in which they left
-        # Of newcomers: after all takes of those who were forgotten, so that ids stay unique.
+        # Of newcomers: after all takes of forgotten performers, so that ids stay unique.
         self._first_take = 0
 
     def __contains__(self, performer: str) -> bool:
@@ -126,11 +126,11 @@ class Performers:
 
     @property
     def settings(self) -> Settings:
-        """Settings of the performers to come; `level` as it is now."""
+        """Settings of new performers, with the present level."""
         return self._settings.replace(level=self._level)
 
     def announce(self, performer: str, skeleton: Skeleton, fps: float | None = None) -> list[Event]:
-        """Take note of a performer, or of its new skeleton, which ends its take.
+        """Add a performer, or give it a new skeleton, which ends its take.
 
         The next take has the next number, and settings of the performer's own stay in force.
 
@@ -173,14 +173,14 @@ class Performers:
         return [self._segmenters[name].core for name in names]
 
     def _dismissing(self, leaving: Sequence[str], for_whom: str) -> tuple[Steps, dict[str, _Absent], int]:
-        """Return the steps by which performers leave, and the remembered state of all who have left then.
+        """Return the steps by which performers leave, and the remembered state of all that have left then.
 
         Args:
             leaving: Their names.
-            for_whom: Who is announced.
+            for_whom: The performer that is announced.
 
         Returns:
-            The steps; those who are absent; and the first take of newcomers.
+            The steps; the absent performers; and the first take of newcomers.
         """
         steps, absent, first_take = list[tuple[Any, ...]](), dict(self._absent), self._first_take
         for name in leaving:
@@ -241,7 +241,7 @@ class Performers:
 
     @property
     def moves(self) -> Moves | None:
-        """The moves that are recognised; setting them takes effect with everybody's next frame.
+        """The moves that are recognised; setting them takes effect with each performer's next frame.
 
         Raises:
             FrameError: If a performer's skeleton lacks joints that they need; nothing is changed then.
@@ -272,7 +272,7 @@ class Performers:
 
     @property
     def follow(self) -> Follow:
-        """The names of the moves to follow, or True for all; setting them takes effect with everybody's next frame.
+        """The names of the moves to follow, or True for all; setting them takes effect with each performer's next frame.
 
         Raises:
             MovesError: If there are no moves, or none of a name; nothing is changed then.
@@ -315,7 +315,7 @@ class Performers:
         return recognition
 
     def _check_memory(self, plan: Plan, name: str) -> None:
-        """Raise FrameError if the state of another performer would be more than there may be."""
+        """Raise FrameError if the state of another performer would exceed the memory limit."""
         own = bytes_with_limbs(plan)
         others = sum(s.state_bytes for other, s in self._segmenters.items() if other != name)
         if own + others > self._most_memory:
@@ -325,7 +325,7 @@ class Performers:
             )
 
     def _check_growth(self, plans: Mapping[str, Plan]) -> None:
-        """Raise FrameError if plans to come make states larger, and so all of them more than there may be."""
+        """Raise FrameError if new plans make the states larger than the memory limit."""
         now = sum(segmenter.state_bytes for segmenter in self._segmenters.values())
         growth = sum(
             bytes_with_limbs(plan) - bytes_with_limbs(self._segmenters[name].row.plan)
@@ -338,7 +338,7 @@ class Performers:
             )
 
     def push(self, frames: Frames) -> list[Event]:
-        """Take frames of one performer in and return the events they cause.
+        """Process frames of one performer, and return the events they cause.
 
         Raises:
             FrameError: If the performer was not announced or the shapes do not fit its skeleton.
@@ -358,7 +358,7 @@ class Performers:
         return self._taken((name,))
 
     def push_many(self, performers: Sequence[str], positions: ArrayLike, times: ArrayLike) -> list[Event]:
-        """Process as many frames of each of many performers at once, which is quicker than one after the other.
+        """Process the same number of frames of many performers in one call, faster than one performer after another.
 
         Args:
             performers: P names, each once.
@@ -425,7 +425,7 @@ class Performers:
             return self._taken((performer,))
         level = self._settings.replace(level=changes.pop("level", self._level)).level
         settings = self._settings.replace(**changes).at_level(level)
-        Plan(ANYBODY, settings, None)  # all or nothing: those to come must be able to start with them
+        Plan(ANYBODY, settings, None)  # all or nothing: new performers must be able to start with them
         plans = {
             name: segmenter.planned({**changes, "level": level})
             for name, segmenter in self._segmenters.items()
@@ -478,16 +478,16 @@ class Performers:
         return {name: segmenter.snapshot(with_moves=False) for name, segmenter in self._segmenters.items()}
 
     def lasting(self) -> bytes:
-        """Return the rest of the pool's state: settings as they are now, and the takes of those who made room."""
+        """Return the rest of the pool's state: present settings, and the takes of replaced performers."""
         return msgspec.msgpack.encode(
             _Lasting(self._settings, self._level, self._absent, self._first_take, self._pending)
         )
 
     def restore(self, blobs: Mapping[str, bytes], lasting: bytes = b"") -> None:
-        """Go on where the segmenters of a snapshot were, in place of those that are here.
+        """Replace the segmenters by those of a snapshot.
 
-        The moves of this pool are recognised from then on. If they are others than when the snapshot was made, a move that
-        was confirmed and not final yet is forgotten.
+        The moves of this pool are recognised from then on. If they differ from those of the snapshot, a move that was
+        confirmed and not final yet is forgotten.
 
         Args:
             blobs: Of `snapshot`.

@@ -1,4 +1,4 @@
-"""Reading: recordings from outside, for programs that want no more than one call.
+"""Reading: recordings from outside, in one call.
 
 The readers of formats are `mossar_adapters.files`, which this package does not import before they are needed.
 """
@@ -58,7 +58,7 @@ def read(path: str | Path, **options: Any) -> Any:
     """Read a recording of any format: BVH, C3D, TRC, AMC, CSV, npz, videos and more.
 
     Args:
-        path: Where it lies.
+        path: Path of the file.
         options: Fields of `mossar_adapters.files.ReadOptions`, as unit="cm" or joints=("Hips", "Head").
 
     Returns:
@@ -76,7 +76,7 @@ def read(path: str | Path, **options: Any) -> Any:
 
 
 def recorded(given: object) -> Recorded | None:
-    """Return a recording in memory: one that was read, or one that was opened; None if it is none."""
+    """Return a recording in memory, whether it was read or opened; None for other objects."""
     if not hasattr(given, "skeleton"):
         return None
     return cast("Recorded", import_module(_FILES).load(given) if hasattr(given, "chunks") else given)

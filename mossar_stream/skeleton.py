@@ -23,8 +23,7 @@ class Skeleton(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     Raises:
         FrameError: If the lengths differ, names repeat or are empty, a parent is out of range, the parents form a
-            cycle, or there are more
-            than `MAX_JOINTS` joints.
+            cycle, or there are more than `MAX_JOINTS` joints.
         TypeError: If names are no texts, or parents or the root no whole numbers.
 
     Example:

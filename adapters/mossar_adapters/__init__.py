@@ -2,5 +2,5 @@
 
 import logging
 
-# Programs decide what is said; until they do, nothing is.
+# Programs configure the log; until they do, nothing is logged.
 logging.getLogger("mossar").addHandler(logging.NullHandler())

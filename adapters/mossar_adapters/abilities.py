@@ -55,7 +55,7 @@ class Dates(Protocol):
     """A live source whose frames may wait for messages that complete them."""
 
     def came(self, performer: str) -> float | None:
-        """Return when the latest frame of a performer began to arrive, monotonic s; None if that is not known."""
+        """Return the time at which a performer's latest frame began to arrive, monotonic s; None if unknown."""
 
 
 class Orders(Protocol):

@@ -16,7 +16,7 @@ class HeldJoints:
     """Fills in the joints of one performer, chunk by chunk.
 
     Args:
-        skeleton: Its root is what the others are held relative to; without one it is the mean of those that are seen.
+        skeleton: Joints are held relative to its root; without one, to the mean of the visible joints.
     """
 
     def __init__(self, skeleton: Skeleton) -> None:

@@ -130,7 +130,7 @@ _HAND_WORDS = frozenset(
     ["thumb", "finger", "fingers", "fingertip", "handtip", "index", "middle", "ring", "pinky"]
 )
 _HEAD_WORDS = frozenset(["eye", "ear", "jaw", "nose", "mouth"])
-# What a joint hangs on, the nearest first; `top` is the uppermost joint of the trunk.
+# Possible parents of a joint, the nearest first; `top` is the uppermost joint of the trunk.
 _ABOVE = {
     "neck": "top hips torso",
     "head": "neck top hips torso",
@@ -149,9 +149,9 @@ _ABOVE = {
 def with_known_parents(names: Sequence[str]) -> tuple[tuple[int, ...], int]:
     """Return parents and root for named joints.
 
-    The joint set that shares most names is taken, if that is at least two thirds of them; spelling of case
-    and separators does not matter. Ends (`Head_End`) hang on what they are the end of. Where the set lacks joints, what
-    the names say one by one is taken instead, if that places more of them; other joints get no parent.
+    The joint set that shares most names is used, if that is at least two thirds of them; spelling of case
+    and separators does not matter. Ends (`Head_End`) hang on the joint of their name. If reading each name alone places
+    more joints than the set does, its result is used instead; other joints get no parent.
 
     Args:
         names: As the source spells them.
@@ -194,7 +194,7 @@ def _parents_by_names(names: Sequence[str], plain: Sequence[str]) -> tuple[tuple
 
 
 def _hanging(names: Sequence[str], found: Mapping[str, int]) -> Iterator[tuple[int, int]]:
-    """Yield joints that are known by name, or are details of hands and heads, and what they hang on."""
+    """Yield joints that are known by name, or are details of hands and heads, with their parents."""
     trunk = trunk_joints(names)
     root = found.get("hips", found.get("torso", -1))
     yield from _upwards(root, trunk)
@@ -249,7 +249,7 @@ def openni_parents(names: Sequence[str]) -> tuple[tuple[int, ...], int]:
 
 
 def by_count(count: int) -> Skeleton | None:
-    """Return the set for unnamed poses of pose estimators, which are told apart by their number of joints."""
+    """Return the set for unnamed poses of pose estimators, which differ in their number of joints."""
     return {17: COCO_17, 33: BLAZEPOSE_33, 25: BODY_25, 18: BODY_18}.get(count)
 
 

@@ -83,11 +83,11 @@ class JsonLinesSource:
         return f'{text}, none of them a frame such as {{"type":"frame","t":0.0,"xyz":[[0,1,0],[0,2,0]]}}'
 
     def close(self) -> None:
-        """End `items` after what comes next. May be called twice, and from any thread."""
+        """End `items` after the next item. May be called twice, and from any thread."""
         self._closed = True
 
     def _read(self) -> None:
-        """Hand over what comes, nothing at the end; in a thread, since pipes cannot be polled everywhere."""
+        """Hand over the input, then empty bytes at the end; in a thread, since pipes cannot be polled everywhere."""
         data = b"."
         while data and not self._closed:
             try:

@@ -18,7 +18,7 @@ _log = logging.getLogger("mossar.source")
 
 
 class Counters(msgspec.Struct):
-    """What came in since the source was opened; for the stats and for the explanation of silence.
+    """Counters of a source since it was opened; for the stats and for the explanation of silence.
 
     Args:
         received: Datagrams (OSC) or messages (ZeroMQ, LSL, standard input).
@@ -28,7 +28,7 @@ class Counters(msgspec.Struct):
         gaps: Frames that the sender numbered but that never came.
         retimed: Frames with another time than the sender's, because its clock does not run, or not in seconds.
         skipped: Frames that came before the program was ready, and were discarded.
-        seen: A few addresses or topics with how often they came, whether used or not.
+        seen: A few addresses or topics with their counts, used or not.
         last_error: Why the last malformed one could not be used.
     """
 
@@ -57,13 +57,13 @@ class Counters(msgspec.Struct):
 
 
 class Skipped:
-    """What a source discards because it came before the program was ready.
+    """Items that a source discards because they came before the program was ready.
 
     Args:
         counters: Of the source, where the frames are counted.
 
     Attributes:
-        kept: What else came, the latest of it.
+        kept: The latest of the other items.
     """
 
     def __init__(self, counters: Counters) -> None:
@@ -82,7 +82,7 @@ class Skipped:
                 self.kept.append(item)
 
     def log(self, name: str) -> None:
-        """Log how many frames it was, of the source of that name."""
+        """Log the number of frames, with the name of the source."""
         if self._span is None:
             return
         first, last = self._span

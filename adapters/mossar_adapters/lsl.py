@@ -122,7 +122,7 @@ class LslSource:
             inlet.close_stream()
 
     def explain(self) -> str:
-        """Return one line that says which stream is looked for or read."""
+        """Return one line about the stream that is sought or read."""
         if not self._found:
             wanted = f"called {self._wanted[1]!r}" if self._wanted else f"of type {self._type!r}"
             return f"{self.name}: no LSL stream {wanted} is to be seen; is the sender on this network?"
@@ -169,7 +169,7 @@ class LslSource:
         if self._options.fps is not None:
             clock = constant_times(len(times), self._options.fps, count).tolist()
             return list(zip(found, clock, strict=True))
-        # Samples that are pulled together came one after the other since the last pull.
+        # Samples that are pulled together came in sequence since the last pull.
         arrivals = np.linspace(before, self._pulled, len(times) + 1)[1:].tolist()
         timed = [
             one
@@ -233,12 +233,12 @@ class LslSink:
     def close(self) -> None:
         """Close the outlet. May be called twice."""
         if self._outlet is not None:
-            time.sleep(0.05)  # LSL sends from a thread of its own and drops what is left
+            time.sleep(0.05)  # LSL sends from a thread of its own and drops unsent samples
             self._outlet = None
 
 
 def _columns(name: str, description: Any) -> tuple[Columns, str]:
-    """Return where the joints stand in a sample, and the unit."""
+    """Return the places of the joints in a sample, and the unit."""
     count = description.channel_count()
     channels: list[dict[str, list[str]]] = []
     channel = description.desc().child("channels").child("channel")

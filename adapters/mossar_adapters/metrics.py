@@ -1,4 +1,4 @@
-"""What Prometheus may ask a running pipeline for, over HTTP."""
+"""Metrics of a running pipeline for Prometheus, over HTTP."""
 
 import contextlib
 import errno
@@ -86,7 +86,7 @@ class Metrics:
         self._thread.join()
 
     def _ends(self) -> "Iterator[Metric]":
-        """Yield what sources and sinks count."""
+        """Yield the counters of sources and sinks."""
         from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
 
         pipeline = self._pipeline

@@ -9,7 +9,7 @@ def check_regular(path: Path) -> None:
     """Refuse a pipe or a device, and a name that no file can have.
 
     Raises:
-        OSError: If it is one; `strerror` says so. A file that is missing, and a folder, are left to the caller's `open`.
+        OSError: If it is one; `strerror` has the reason. A file that is missing, and a folder, are left to the caller's `open`.
     """
     try:
         other = path.exists() and not (path.is_file() or path.is_dir())

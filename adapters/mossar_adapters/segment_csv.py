@@ -274,7 +274,7 @@ class SegmentCsvSink:
         return segment_row(recording, event.performer, event.take, event, ending, event.channel)
 
     def _follow(self, event: RepetitionEvent) -> list[dict[str, object]]:
-        """Keep a repetition as it is now, and return the rows of those that nothing changes any more."""
+        """Keep the present state of a repetition, and return the rows of those that can no longer change."""
         key = event.performer, event.channel
         waiting = self._waiting.setdefault(key, {})
         former = bool(waiting) and next(iter(waiting.values())).take != event.take

@@ -10,7 +10,7 @@ from mossar_stream import Event, Frames
 class Sink(Protocol):
     """Takes events. Never blocks for long: events for a slow receiver are dropped and counted.
 
-    Its methods are called one at a time, and but for those that say `prompt = True` from one thread. A prompt sink
+    Its methods are called one at a time, and from one thread, except those with `prompt = True`. A prompt sink
     never blocks, so events go to it without a detour through a thread of its own. `abilities.py` lists
     the optional members of a sink.
     """
@@ -23,7 +23,7 @@ class Sink(Protocol):
         ...
 
     def announce(self, meta: Meta) -> None:
-        """Take note of a performer: before its first events, and when its skeleton or its settings change."""
+        """Note a performer: before its first events, and when its skeleton or its settings change."""
 
     def send(self, events: Sequence[Event]) -> None:
         """Hand events over, in order; now and then without any, to look after receivers that join in quiet times."""
@@ -38,7 +38,7 @@ class FrameSink(Protocol):
     name: str
 
     def announce(self, meta: Meta) -> None:
-        """Take note of a performer, before its first frames and when its skeleton changes."""
+        """Note a performer, before its first frames and when its skeleton changes."""
 
     def send_frames(self, frames: Frames) -> None:
         """Hand frames over, in order."""

@@ -61,14 +61,14 @@ class Occupant(msgspec.Struct, frozen=True):
     another: bool = False
 
 
-Item = Meta | Frames | Departure | Occupant | None  # what a source yields
+Item = Meta | Frames | Departure | Occupant | None  # of a source
 
 
 class Source(Protocol):
     """Frames from a file, a socket or a sensor.
 
     A live source yields None when nothing came for about a tenth of a second, so that its reader notices a stall or a
-    request to stop. `abilities.py` has what a source may offer besides.
+    request to stop. `abilities.py` has the optional methods of a source.
     """
 
     name: str  # the URL or path, for messages
@@ -85,14 +85,14 @@ class Recording(msgspec.Struct, frozen=True):
     """A recording on disk, opened by a reader of `mossar_adapters.files`.
 
     Args:
-        path: Where it lies.
+        path: Path of the file.
         skeleton: Joints in the order of the frames.
         fps: Nominal rate in Hz, None if the file only has times.
         chunks: Called for a fresh pass over the frames, from the first one.
         notes: Notes for the user, one line each (the unit that was guessed, rows skipped).
         frame_count: Number of frames if known without reading them all.
         performers: Names of the performers if there are several; they share the skeleton.
-        up: The axis that the file says points upwards.
+        up: The axis that points upwards, by the file.
         metres: One unit of the file, m.
         reference: Joints that are no part of the body, as in `Meta`.
     """

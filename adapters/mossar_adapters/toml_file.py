@@ -8,7 +8,7 @@ from mossar_adapters.regular import check_regular
 from mossar_stream import MossarError
 
 MAX_BYTES = 1 << 20
-_LARGEST = 1 << 63  # what TOML asks every reader for; beyond, numbers cannot even be shown
+_LARGEST = 1 << 63  # limit that TOML asks every reader to support; larger numbers cannot even be shown
 
 
 def read_toml(path: Path, kind: str, error: type[MossarError]) -> dict[str, Any]:
@@ -16,7 +16,7 @@ def read_toml(path: Path, kind: str, error: type[MossarError]) -> dict[str, Any]
 
     Args:
         path: The file.
-        kind: What it ought to be, for messages.
+        kind: Its purpose, for messages.
         error: The exception to raise, with one line about the problem.
     """
     try:
@@ -36,7 +36,7 @@ def read_toml(path: Path, kind: str, error: type[MossarError]) -> dict[str, Any]
 
 
 def _check(value: Any) -> None:
-    """Refuse what TOML can write, but no option can mean: it would surface as an error of something else."""
+    """Refuse values of TOML that no option can have: they would surface as other errors."""
     if isinstance(value, dict):
         for key, part in value.items():
             _check(key)

@@ -23,7 +23,7 @@ from mossar_adapters.source import Source
 from mossar_stream import SettingsError
 
 Speed = float | Literal["max"]
-# Schemes whose senders say what a joint is and in which unit; cameras and the built-in performer are our own.
+# Schemes whose senders choose joints and units; cameras and the built-in performer are our own.
 _DESCRIBED_BY_SENDERS = frozenset(
     ["-", "osc", "osc.udp", "zmq", "zmq+bind", "ipc", "ipc+bind", "zmq+ipc", "zmq+bind+ipc", "ws+bind", "lsl"]
 )
@@ -97,8 +97,8 @@ def open_source(
         speed: Pace of recordings and of `demo:`; 1 is real time.
         listener: Receives control messages (OSC).
         loop: Whether to play a recording again and again.
-        people: Give performers slots instead of the sender's ids: how many, `"nearest"` or `"first"`.
-        remember: How long an absent person keeps its slot, s.
+        people: Give performers slots instead of the sender's ids: their number, `"nearest"` or `"first"`.
+        remember: Time for which an absent person keeps its slot, s.
 
     Raises:
         MossarError: If it cannot be opened; one line has the reason and the remedy.
@@ -154,7 +154,7 @@ def open_frame_sink(url: str, *, force: bool = False, position: int | None = Non
     return sink
 
 
-# What people type for schemes.
+# Likely mistakes for schemes.
 _LIKE = {
     "udp": ("osc",),
     "tcp": ("zmq",),
@@ -162,7 +162,7 @@ _LIKE = {
     "https": ("ws+bind", "ws"),
     "camera": ("webcam",),
 }
-# What does it where a scheme cannot.
+# The option or command for a misplaced scheme.
 _INSTEAD = {
     ("ws", "source"): "; ws+bind:// listens for senders",
     ("ws", "frame_sink"): "; osc:// and zmq+bind:// do",
@@ -171,7 +171,7 @@ _CANNOT = {"source": "cannot be read from", "sink": "takes no events", "frame_si
 
 
 def _opened(url: str, use: str) -> tuple[Address, Callable[[Address, OpenOptions], Any]]:
-    """Return the address, and what opens it for a use."""
+    """Return the address, and the function that opens it for a use."""
     address = parse_url(url)
     for scheme in SCHEMES:
         if address.scheme in scheme.names:
@@ -206,10 +206,10 @@ def _merged(options: ReadOptions, address: Address) -> ReadOptions:
 
 
 def _opener(place: str, *names: str) -> Callable[[Address, OpenOptions], Any]:
-    """Return what opens a source or sink whose module is imported only then.
+    """Return a function that opens a source or sink, and imports its module only then.
 
     Args:
-        place: `MODULE:NAME` below `mossar_adapters`; what it names takes the address.
+        place: `MODULE:NAME` below `mossar_adapters`, a function of the address.
         names: Fields of `OpenOptions` that it takes besides, as keywords.
     """
     module, _, name = place.partition(":")

@@ -1,4 +1,4 @@
-"""Settings that suit a kind of source, where the user says nothing."""
+"""Default settings for a kind of source."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import PurePath

@@ -1,7 +1,7 @@
 """A WebSocket server for browser games: every event as one JSON text frame.
 
-It runs on a thread of its own. Each client has a bounded queue; what a slow client does not take is dropped
-for that client and counted. Clients that join late get the metas of all performers first, and where each stands.
+It runs on a thread of its own. Each client has a bounded queue; messages that a slow client does not take are dropped
+for that client and counted. Clients that join late get the metas of all performers first, and the state of each.
 """
 
 import asyncio
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 QUEUE = 1000  # messages waiting for one client
 _METAS = 400  # performers whose metas are kept for late joiners; with their states less than a client's queue
-_MAX_IN = 1024  # bytes; what clients send is not used
+_MAX_IN = 1024  # bytes; messages of clients are not used
 
 
 class WebSocketSink:
@@ -130,7 +130,7 @@ class _Client:
 
 
 async def _discard(connection: "ServerConnection") -> None:
-    """Read what a client sends, so that it cannot pile up."""
+    """Read the messages of a client, so that they cannot pile up."""
     from websockets.exceptions import ConnectionClosed
 
     try:

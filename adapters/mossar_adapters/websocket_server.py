@@ -1,6 +1,6 @@
 """The WebSocket server under the sink and the source: a thread of its own, few connections, known pages only.
 
-A browser lets any page connect to this computer and says which page it is: by default only pages of this computer
+A browser lets any page connect to this computer and names the page: by default only pages of this computer
 are served, and programs, which name no page.
 """
 
@@ -28,7 +28,7 @@ OPTIONS = {
 MAX_CLIENTS = 64
 MAX_WAITING = 64  # connections that have not asked for a WebSocket yet; beyond them the oldest is cut off
 _LOCAL = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
-_CLOSE = 0.5  # s that clients have to say goodbye
+_CLOSE = 0.5  # s for the closing handshake of clients
 _DRAIN = 0.25  # s that clients have to take the last messages
 Serve = Callable[["ServerConnection"], Awaitable[None]]
 Drain = Callable[[], list[Awaitable[None]]]
@@ -41,11 +41,11 @@ class WebSocketServer:
     Args:
         address: `HOST:PORT` and the option `origin`. Port 0 takes a free one.
         serve: Called on the server's thread for each client; when it returns, the connection is closed.
-        drain: Called on it before the connections are closed; what is to be waited for, for a moment.
+        drain: Called on it before the connections are closed; the server waits for it for a moment.
         max_in: Bytes of the longest message that clients may send.
         answer: Called with each request; returns an answer that is no WebSocket, such as a page or a refusal, or None to let
             the client in. By default it refuses pages by the option `origin`.
-        patience: Seconds that an answer may take to arrive, and that clients have to say goodbye.
+        patience: Seconds that an answer may take to arrive, and for the closing handshake.
 
     Attributes:
         port: Where it listens.
@@ -102,7 +102,7 @@ class WebSocketServer:
         self._thread.join(2 * _CLOSE + _DRAIN)
 
     def connection_made(self, transport: Any) -> None:
-        """Take note of a connection; called by the server's thread."""
+        """Note a connection; called by the server's thread."""
         self._waiting[transport] = None
         if len(self._waiting) > MAX_WAITING:
             oldest = next(iter(self._waiting))
@@ -125,7 +125,7 @@ class WebSocketServer:
             self._loop.close()
 
     def _leave(self) -> None:
-        """End what still waits for clients."""
+        """End the tasks that still wait for clients."""
         waiting = asyncio.all_tasks(self._loop)
         for task in waiting:
             task.cancel()
@@ -221,7 +221,7 @@ def is_allowed(origin: str, named: str | None) -> bool:
     """Return whether a page may connect.
 
     Args:
-        origin: What the browser says: scheme and host of the page, `null` for files.
+        origin: The browser's header: scheme and host of the page, `null` for files.
         named: Pages that the user named, separated by commas; None if none were.
 
     Example:

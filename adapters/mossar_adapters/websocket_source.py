@@ -1,7 +1,7 @@
 """Frames over a WebSocket that listens: pages and programs connect and send JSON, `ws+bind://127.0.0.1:8766`.
 
 A message is a frame or meta map, as over ZeroMQ (`maps.frame_maps`). A performer's name belongs to the connection that
-sends it (`receiving.owners`). What a page sent before it went away ends with it: its performers leave.
+sends it (`receiving.owners`). The performers of a page leave with it.
 """
 
 import math
@@ -37,7 +37,7 @@ GONE: Final = "disconnected"  # reason of takes that end because the sender went
 
 
 class Message(NamedTuple):
-    """What a client sent: its number, the text, None when it went away, and when that was, s."""
+    """A message of a client: its number, the text, None when it went away, and the time, s."""
 
     client: int
     text: bytes | None
@@ -81,7 +81,7 @@ class WebSocketSource:
         self.port = self._server.port
 
     def skip_waiting(self) -> None:
-        """Have `items` begin with what comes from now on; how much is discarded is logged."""
+        """Begin `items` with the next message; the number of discarded ones is logged."""
         for _ in range(QUEUE):
             message = self._inbox.get(0)
             if message is None:

@@ -1,4 +1,4 @@
-"""Angles of joints in degrees, and how far they go in each repetition.
+"""Angles of joints in degrees, and their ranges in each repetition.
 
 Where joint centres are known by name, angles follow the terms of the International Society of Biomechanics, simplified to
 angles that follow from positions without orientations:
@@ -32,15 +32,15 @@ AXES: dict[str, tuple[float, float, float]] = {
     "-y": (0.0, -1.0, 0.0),
     "-z": (0.0, 0.0, -1.0),
 }
-START, TOP = 0.1, 0.9  # shares of the range: where the way out begins, and where it is held
-LEAST = 1.0  # degrees; an angle that goes less far has no way out, hold and way back
+START, TOP = 0.1, 0.9  # shares of the range at which the way out begins, and the hold
+LEAST = 1.0  # degrees; a smaller range has no way out, hold and way back
 _TRUNK = "trunk_inclination"
 
 Angles = dict[str, NDArray[np.float64]]
 
 
 class RangeOfMotion(msgspec.Struct, frozen=True):
-    """How far an angle goes in one repetition.
+    """The range of an angle in one repetition.
 
     Args:
         channel: The repeating part, as in `RepetitionEvent`.
@@ -77,7 +77,7 @@ def joint_angles(positions: ArrayLike, skeleton: Skeleton, up: Up = "auto") -> A
     Args:
         positions: (n, J, 3) m.
         skeleton: The joints.
-        up: The axis that points upwards; `auto`: the one that lies nearest to from the feet to the head.
+        up: The axis that points upwards; `auto`: the one nearest to the direction from the feet to the head.
 
     Returns:
         Name to (n,) degrees, NaN where a joint is missing.
@@ -136,7 +136,7 @@ def ranges_of_motion(
     times: NDArray[np.float64],
     repetitions: Sequence[RepetitionEvent],
 ) -> list[RangeOfMotion]:
-    """Return how far each angle goes in each repetition, in the order of time.
+    """Return the range of each angle in each repetition, in the order of time.
 
     Args:
         angles: Of `joint_angles`, n frames.
@@ -186,7 +186,7 @@ def _is_known(curve: NDArray[np.float64]) -> bool:
 def _phases(
     curve: NDArray[np.float64], times: NDArray[np.float64]
 ) -> tuple[float | None, float | None, float | None]:
-    """Return how long the way out, the hold and the way back take, s; None for a part that the repetition lacks."""
+    """Return the durations of the way out, the hold and the way back, s; None for a part that the repetition lacks."""
     known = np.isfinite(curve)
     value, moments = curve[known], times[known]
     share = (value - value.min()) / (value.max() - value.min())
@@ -206,7 +206,7 @@ def _phases(
 def _crossed(
     share: NDArray[np.float64], times: NDArray[np.float64], at: int, level: float, towards: int
 ) -> float:
-    """Return when a curve passes a level between a sample and its neighbour, s; at the sample if there is none."""
+    """Return the time at which a curve passes a level between a sample and its neighbour, s; at the sample if there is none."""
     other = at + towards
     if not 0 <= other < len(share) or share[other] == share[at]:
         return float(times[at])

@@ -3,8 +3,8 @@ r"""Activity: whether the performer moves or rests, reported while it happens.
 The signal is the rms speed of the joints over the last tenth of a second, which every level measures for its features.
 Two lines make the hysteresis: the performer moves once the speed has been above the upper line for `ONSET_CONFIRMED`;
 after exact stillness, which shows that there is no noise, the first frame above it is enough. A rest needs a speed below
-the lower line for the setting `rest_seconds`, so a turning point is not a rest. Both lines rise with what the sensor's
-noise adds to the speed.
+the lower line for the setting `rest_seconds`, so a turning point is not a rest. Both lines rise with the speed that the
+sensor's noise adds.
 
     speed    ___/‾‾‾\_/‾‾‾‾\_______________
                 ^start           ^start of the rest
@@ -16,9 +16,9 @@ The latest bouts are kept, so that a segment knows when the performer moved in i
 # m/s, rms over the joints. Labelled recordings rest at 0.02 to 0.03, and turn at less than 0.06 for a frame or two.
 cdef double UPPER_LINE = 0.06
 cdef double LOWER_LINE = 0.04
-# Times what the noise adds to the speed, and, to begin to move, times what it adds as it is now, which follows joints that
-# jump. In ten minutes of standing with 5 mm of noise two frames in a row reach 2.7 and 2.1 times at most, those of limbs
-# included.
+# Factors of the speed that the noise adds at its quietest and, for the begin of a movement, of the speed that it adds now,
+# which follows joints that jump. In ten minutes of standing with 5 mm of noise two frames in a row reach 2.7 and 2.1 times
+# at most, those of limbs included.
 cdef double UPPER_NOISE = 2.5
 cdef double UPPER_NOISE_NOW = 2.2
 cdef double LOWER_NOISE = 2.0
@@ -38,9 +38,8 @@ cdef struct ActivityState:
     int32_t joint  # the fastest one when the performer began to move
     int64_t bouts  # that are kept
     double since  # s, when the state began; the take's start at first
-    double before  # s, how long the state before it lasted; NaN at first
-    # s; of a performer who rests the first frame above the upper line, inf if there is none; of one who moves the
-    # last one above the lower line
+    double before  # s, duration of the state before it; NaN at first
+    # s; at rest the first frame above the upper line, inf if there is none; in motion the last one above the lower line
     double above
 
 
@@ -78,7 +77,7 @@ cdef inline void activity_follow_activity(
         activity: Activity; `state.changed` is set where the state changes.
         body: See joint_pages.pxi; the log speeds are those of the frame.
         speed: m/s, rms over the joints.
-        noises: m/s, what the sensor's noise adds to it: at its quietest of late, and as it is now.
+        noises: m/s, the speed that the sensor's noise adds: at its quietest of late, and now.
         moment: s, and whether nothing at all had moved before: a speed above the line then counts at once.
         rest_seconds: s.
     """
@@ -105,7 +104,7 @@ cdef inline void activity_follow_activity(
 
 
 cdef bint rests_at_end(Activity* activity, double time) noexcept nogil:
-    """Let a performer rest who was below the line in the last frame of a take, and tell whether that is so."""
+    """Change to resting at the end of a take if the speed was below the line in its last frame; return whether it was."""
     cdef ActivityState* state
     state = activity.state
     if state.moving == 0 or not state.above < time:
@@ -115,11 +114,11 @@ cdef bint rests_at_end(Activity* activity, double time) noexcept nogil:
 
 
 cdef inline (double, double) noises_of_speed(Noise* noise, int64_t joints, bint is_filtered) noexcept nogil:
-    """Return what the sensor's noise adds to the speed, m/s: at its quietest of late, and as it is now.
+    """Return the speed that the sensor's noise adds, m/s: at its quietest of late, and now.
 
     Args:
         noise: NOISE.
-        joints: How many can move relative to the centre.
+        joints: Number of joints that can move relative to the centre.
         is_filtered: Whether the speed is that of poses in the low-pass filter, see candidate_features.noise_of_speed.
     """
     cdef double now, quietest, added, share
@@ -135,13 +134,13 @@ cdef inline (double, double) noises_of_speed(Noise* noise, int64_t joints, bint 
 
 
 cdef void _rest(Activity* activity) noexcept nogil:
-    """Let a performer rest who has moved."""
+    """Change from moving to resting."""
     _keep_bout(activity)
     _activity_change(activity.state, IS_RESTING)
 
 
 cdef void _activity_change(ActivityState* state, int64_t moving) noexcept nogil:
-    """Change the state, which began at `above`; resting, the performer waits for a first frame above the line."""
+    """Change the state, which began at `above`; a resting performer waits for a first frame above the line."""
     state.before = state.above - state.since if state.number > 0 else NAN
     state.since = state.above
     state.above = INFINITY
@@ -181,7 +180,7 @@ cdef void _keep_bout(Activity* activity) noexcept nogil:
 cdef (double, double) active_span(
     Activity* activity, double begin, double end, double path, double late
 ) noexcept nogil:
-    """Return when the performer first and last moved in a segment, s; NaN if nothing moved.
+    """Return the times of the first and the last movement in a segment, s; NaN if nothing moved.
 
     Args:
         activity: Activity.
@@ -226,7 +225,7 @@ cdef inline int64_t _first_bout(Activity* activity, double time) noexcept nogil:
 
 
 cdef inline bint _is_in_segment(double bout_begin, double bout_end, double begin, double end, double late) noexcept nogil:
-    """Tell whether a bout is one of a segment: a brief one where it begins, others where more than `BRIEF_BOUT` lies."""
+    """Return whether a bout is one of a segment: a brief one where it begins, others where more than `BRIEF_BOUT` lies."""
     cdef double inside
     cdef bint covers
     if bout_end - bout_begin <= 2.0 * BRIEF_BOUT + late + MARGIN:

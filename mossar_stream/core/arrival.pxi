@@ -1,18 +1,18 @@
 """Arrival: joints that are there for the first time in a take, or again.
 
-Absent joints must not count. A joint therefore counts from here on as if it had rest where it is now, relative
-to the centre, since the take began: in the means of the pose, in the poses that are kept, and in the summaries of the
-segments. So neither its coming nor where it was before makes segments unlike.
+Absent joints must not count. A new joint therefore counts as if it had rested at its present place, relative to the
+centre, since the take began: in the means of the pose, in the poses that are kept, and in the summaries of the
+segments. Then neither its arrival nor its earlier place makes segments unlike.
 
-One that was left out, and is back elsewhere, did not move there in this moment. To filters and speeds it has rested
-where it is now; the summaries of the segments keep where it was.
+A joint that was left out and is back elsewhere did not move there in this moment. For filters and speeds it has rested
+at the new place; the summaries of the segments keep the old one.
 """
 
 
 cdef void add_newcomers(
     Joints* joints, OpenSegment* segment, PoseHistory* history, DoubleRows filtered, float rest
 ) noexcept nogil:
-    """Let the joints count that are there for the first time, before the features of the frame are set.
+    """Include the joints that are there for the first time, before the features of the frame are set.
 
     Args:
         joints: Joints.
@@ -47,7 +47,7 @@ cdef void add_newcomers(
 
 
 cdef void resume(Joints* joints, PoseHistory* history, DoubleRows filtered) noexcept nogil:
-    """Let the joints that are back rest where they are, before anything is filtered.
+    """Set the joints that are back to rest where they are, before anything is filtered.
 
     Args:
         joints: Joints; WORK is 1 for those that are back.
@@ -75,7 +75,7 @@ cdef void resume(Joints* joints, PoseHistory* history, DoubleRows filtered) noex
 
 
 cdef void _let_count(Joints* joints, DoubleRows filtered) noexcept nogil:
-    """Let those who arrive count, which WORK says of each joint from here on; the centroid stays where it was."""
+    """Include the joints that arrive and mark them in WORK; the centroid stays where it was."""
     cdef double anybody
     cdef int64_t j, k
     cdef Plan* plan

@@ -12,5 +12,5 @@ BUILT_FROM = MOSSAR_BUILT_FROM.decode()
 
 
 def has_x86_64_v3() -> bool:
-    """Return whether this is x86-64 and has what x86-64-v3 asks for, and the system saves its registers."""
+    """Return whether the processor has the instructions of x86-64-v3, and the system saves its registers."""
     return mossar_has_x86_64_v3() != 0

@@ -1,11 +1,11 @@
-"""Candidate features: what is known of a candidate for evidence, from where it is found until its key frame is confirmed.
+"""Candidate features: the evidence on a candidate, from the frame that it is found at until its key frame is confirmed.
 
 Features of single frames are noted in `note_speed`, those of the candidate's frame in `note_place`; `features_of` puts them
 together, in the units of the performer's own scales.
 """
 
 cdef double SMOOTHING = 0.05  # s, time constant of the poses' low-pass filter
-cdef double EARLIER = 0.06  # s; what velocity and low-pass filter show happened so long ago
+cdef double EARLIER = 0.06  # s, delay of velocity and low-pass filter
 cdef double EARLIER_IN_NOISE = 0.12  # s, the same while noise is loud, when the velocity is that of the filtered poses
 cdef double SPEED_SETTLING = 0.1  # s at the start of a take, in which the filter settles and noise is not known
 # Refractory period, s, between key frames that are reported when Algorithm 2 accepts them; the shorter one if the later one
@@ -43,7 +43,7 @@ cdef void start_candidate(Candidate* candidate, int64_t frame, double time) noex
 
 
 cdef inline (float, float) smoothing_weights(double dt) noexcept nogil:
-    """Return what is left of the filtered pose, and the weight of the newest displacement.
+    """Return the weights of the last filtered pose and of the newest displacement.
 
     The filter is a first-order low-pass, exact for straight lines between the poses: it is late by SMOOTHING at any rate.
     """
@@ -57,7 +57,7 @@ cdef inline (float, float) smoothing_weights(double dt) noexcept nogil:
 cdef void note_place(
     Candidate* candidate, Scales* scales, PoseHistory* history, Floats body, double time, int64_t joints
 ) noexcept nogil:
-    """Note what is known of a candidate, or of a crossing, at the last frame.
+    """Note the features of a candidate, or of a crossing, at the last frame.
 
     Args:
         candidate: CANDIDATE.
@@ -65,7 +65,7 @@ cdef void note_place(
         history: PoseHistory.
         body: See joint_pages.pxi; the features are those of the last frame.
         time: s, reported time of the key frame.
-        joints: How many can move relative to the centre.
+        joints: Number of joints that can move relative to the centre.
     """
     cdef int64_t place
     candidate.speed = scales.speed
@@ -83,7 +83,7 @@ cdef inline void note_speed(Candidate* candidate, Scales* scales, double time) n
 
 
 cdef inline double noise_of_speed(Noise* noise, int64_t joints) noexcept nogil:
-    """Return what the sensor's noise adds to the speed of the filtered poses, m/s.
+    """Return the speed that the sensor's noise adds to the filtered poses, m/s.
 
     White noise takes each joint √6 σ a frame; filtered with weight a, and over the speed window, it takes it
     √(6 a / (2 - a)) σ.
@@ -96,13 +96,13 @@ cdef inline double noise_of_speed(Noise* noise, int64_t joints) noexcept nogil:
 
 
 cdef Features features_of(Candidate* candidate, Scales* scales, bint own_time, double noise, int64_t joints) noexcept nogil:
-    """Return `Features` of a key frame that is confirmed; `noise` in m/s, `joints` is how many can move."""
+    """Return `Features` of a key frame that is confirmed; `noise` in m/s, `joints` is the number that can move."""
     cdef double size = extent(scales), tempo = tempo_of(scales, own_time)
     return Features(candidate.speed, candidate.rest_distance / size, size, usual_speed(scales), tempo, noise, joints)
 
 
 cdef inline bint is_reported(Candidate* candidate, Scales* scales, double time, double noise) noexcept nogil:
-    """Tell whether a key frame is reported at once: slow, apart from the last one, and not the sensor's noise.
+    """Return whether a key frame is reported at once: slow, apart from the last one, and not the sensor's noise.
 
     Within the refractory period a slower minimum is still reported: the first may have been a brief pause.
     """

@@ -1,4 +1,4 @@
-"""Channel: the body or a limb of a performer, with the row that holds all that is known of it."""
+"""Channel: the body or a limb of a performer, with the row that holds its state."""
 
 from mossar_stream.events import BODY
 
@@ -72,7 +72,7 @@ def row_parts(cnp.ndarray memory, /):
 
 
 cdef class Channel:
-    """The body or a limb of a performer: its row, and what events say of it.
+    """The body or a limb of a performer: its row, and the constant fields of its events.
 
     Args:
         plan: A `Plan` of plan.py.
@@ -81,7 +81,7 @@ cdef class Channel:
 
     Attributes:
         memory: The row; another array once it has grown.
-        analyses: What was counted after each analysis, with the time of the frame after it, s; None if nobody asks for it.
+        analyses: The counts after each analysis, with the time of the frame after it, s; None if they are not collected.
     """
 
     cdef object known_plan
@@ -92,12 +92,12 @@ cdef class Channel:
     cdef readonly str name  # of the limb, or BODY
     cdef tuple joints  # their names
     cdef tuple limbs  # of each joint the limb that it belongs to, or None; empty without the setting `limbs`
-    cdef str prefix  # what ids of key frames and segments begin with, in the take
-    cdef int64_t prefix_take  # of which that is; -1 for none
-    cdef bint is_level_new  # whether the level moved, and what follows from that waits for the next push
+    cdef str prefix  # of ids of key frames and segments in the take
+    cdef int64_t prefix_take  # number of that take; -1 for none
+    cdef bint is_level_new  # whether the level moved since the last push, which has to apply it
     cdef int64_t ended  # takes whose end is reported; the clock counts them as they end
     cdef public list analyses
-    # What is reported of repetitions.
+    # Reports of repetitions.
     cdef bint reports  # whether anything is
     cdef int64_t analysed_take  # take of which the last analysis is done; -1 for none
     cdef int64_t total  # repetitions of the take that were reported
@@ -214,7 +214,7 @@ cdef class Channel:
         own.held, own.gaps, own.unseen = counts["held"], counts["gaps"], counts["unseen"]
 
     def adopt_periods(self, cnp.ndarray periods, /):
-        """Let a limb know what is counted of its body, (1,) Periods, if it matters."""
+        """Copy the periods of the body, (1,) Periods, to a limb that is judged by them."""
         if self.row.plan.adopts == 1:
             copy_periods(adopted_of(self.row), <Periods*>cnp.PyArray_DATA(periods))
 
@@ -225,18 +225,18 @@ cdef class Channel:
 
     @property
     def phase(self):
-        """Where in the cycle of a repeated movement the latest frame is, 0 to 1; None when nothing repeats."""
+        """Position of the latest frame in the cycle of a repeated movement, 0 to 1; None outside a bout."""
         if not self.reports or self.row.clock.open == 0:
             return None
         return phase_of(counting_of(self.row), self.row.clock.time)
 
     @property
     def reported(self):
-        """What was reported of repetitions: total, revisions, and the latest phase's time with whether it was one."""
+        """The reports of repetitions: total, revisions, and the latest phase's time with whether it was one."""
         return self.total, dict(self.revisions), (self.phase_time, self.had_phase)
 
     def go_on_from(self, int64_t total, revisions, phase, /):
-        """Go on with what was reported; see `reported`."""
+        """Continue earlier reports; see `reported`."""
         self.total, self.revisions = total, dict(revisions)
         self.phase_time, self.had_phase = phase
 

@@ -1,4 +1,4 @@
-"""Which of the compiled cores this process uses.
+"""Choice of the compiled core for this process.
 
 On x86-64 the core is compiled twice, and the wider one is taken where the processor runs it. `MOSSAR_CORE=baseline` or
 `MOSSAR_CORE=x86_64_v3` takes that one. A core that is missing, or older than the sources beside it, is an ImportError: Python

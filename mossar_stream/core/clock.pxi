@@ -1,6 +1,6 @@
-"""Clock: takes, frame numbers and time of one performer, and what became of the frames."""
+"""Clock: takes, frame numbers and time of one performer, and counters of used and dropped frames."""
 
-cdef double TIME_ROUNDING = 1e-06  # s, for the rounding of timestamps: where the clock's origin lies must not matter
+cdef double TIME_ROUNDING = 1e-06  # s, for the rounding of timestamps: the origin of the clock must not matter
 cdef enum:
     IN_TIME = 0  # where in the take a frame lies
     IN_VAIN = 1
@@ -52,12 +52,12 @@ cdef inline int64_t place_in_time(Clock* clock, double time, double max_pause) n
 
 
 cdef inline bint is_left_alone(Clock* clock, double time, double max_pause) noexcept nogil:
-    """Tell whether no joint was seen for longer than `max_pause`, s, before a frame without a joint: the take ends."""
+    """Return whether no joint was seen for longer than `max_pause`, s, before a frame without a joint: the take ends."""
     return clock.open == 1 and time - clock.seen_time > max_pause
 
 
 cdef inline bint comes_too_soon(Clock* clock, double time, double spacing) noexcept nogil:
-    """Tell whether a frame follows the last processed one by less than the spacing, s, and is skipped."""
+    """Return whether a frame follows the last processed one by less than the spacing, s, and is skipped."""
     return clock.open == 1 and time - clock.taken_time < spacing
 
 

@@ -12,7 +12,7 @@ from libc.string cimport memcpy, memset
 cnp.import_array()
 
 include "build.pxi"
-# What everything stands on.
+# Basic types and functions.
 include "numbers.pxi"
 include "spans.pxi"
 include "simd.pxi"
@@ -21,7 +21,7 @@ include "clock.pxi"
 include "event_buffer.pxi"
 include "joint_pages.pxi"
 include "slots.pxi"
-# Each frame, from its time to its velocity and what the splitter finds.
+# The frame step: time, joints, velocity, splitter.
 include "joints.pxi"
 include "velocity.pxi"
 include "normalisation.pxi"
@@ -36,7 +36,7 @@ include "localising.pxi"
 include "candidate_features.pxi"
 include "dwells.pxi"
 include "activity.pxi"
-# What is kept of a segment, and how alike two are.
+# Summaries of segments, and their similarity.
 include "../similarity/summary.pxi"
 include "../similarity/sums.pxi"
 include "../similarity/evidence.pxi"
@@ -48,7 +48,7 @@ include "../similarity/path_kernel/frontier.pxi"
 include "../similarity/path_kernel/path_sum.pxi"
 include "../similarity/path_kernel/kernel.pxi"
 include "../similarity/protocol.pxi"
-# What is repeated.
+# Repetitions.
 include "../repetitions/state.pxi"
 include "../repetitions/sampling.pxi"
 include "../repetitions/components.pxi"
@@ -69,7 +69,7 @@ include "decision.pxi"
 include "row.pxi"
 include "window_step.pxi"
 include "frame_step.pxi"
-# What reads the frames besides.
+# Readers of the frames.
 include "../steps/tracking.pxi"
 include "../moves/points.pxi"
 include "../moves/facing.pxi"
@@ -88,7 +88,7 @@ include "../poses/matching.pxi"
 # The one loop.
 include "middle.pxi"
 include "run.pxi"
-# Who owns memory, and makes events of records.
+# Owners of memory; events from records.
 from mossar_stream.core.records import record_types
 
 include "channel.pxi"
@@ -101,14 +101,14 @@ include "../poses/out.pxi"
 include "../steps/out.pxi"
 include "placing.pxi"
 include "performer.pxi"
-# What Python calls.
+# Functions for Python.
 include "../similarity/comparison.pxi"
 include "face.pxi"
 include "../similarity/face.pxi"
 include "../moves/face.pxi"
 include "../following/face.pxi"
 include "../poses/face.pxi"
-# What tests call.
+# Functions for tests.
 include "testing.pxi"
 include "../similarity/testing.pxi"
 include "../moves/testing.pxi"

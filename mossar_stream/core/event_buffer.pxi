@@ -54,10 +54,10 @@ cdef struct Event:
     int64_t joint4
 
 
-cdef struct Point:  # A key frame as a message tells of it.
+cdef struct Point:  # A key frame in a message.
     int64_t kind  # KIND_ONSET, KIND_OFFSET or KIND_MINIMUM
     int64_t id  # Algorithm 2's frame
-    int64_t frame  # where it is now
+    int64_t frame  # its present place
     double time  # s
     double velocity  # share of the range
     double strength  # NaN where it is not known
@@ -71,7 +71,7 @@ cdef struct EventSpan:
 
 
 cdef Event* next_event(Clock* clock, EventSpan events, int64_t code) noexcept nogil:
-    """Return a fresh record of the buffer, of the performer and the take that a clock is of."""
+    """Return a fresh record of the buffer for the performer and the take of a clock."""
     cdef Event* event = &events.at[events.used[0]]
     events.used[0] += 1
     event.performer, event.channel = events.performer, clock.channel
@@ -83,7 +83,7 @@ cdef Event* next_event(Clock* clock, EventSpan events, int64_t code) noexcept no
 cdef void put_key_frame(
     Clock* clock, EventSpan events, Point point, int64_t status, int64_t rev, int64_t decided
 ) noexcept nogil:
-    """Put a message about a key frame into the buffer; the last used frame is what caused it."""
+    """Put a message about a key frame, caused by the last used frame, into the buffer."""
     cdef Event* event
     event = next_event(clock, events, KEY_FRAME)
     event.status = status

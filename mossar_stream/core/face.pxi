@@ -1,4 +1,4 @@
-"""Face: what else Python calls, and what it knows of records and constants."""
+"""Face: further functions for Python, and its records and constants."""
 
 cdef object NP_DOUBLE = __import__("numpy").dtype("float64")
 

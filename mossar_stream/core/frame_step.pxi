@@ -1,13 +1,13 @@
-"""Frame step: what happens to each frame, in order.
+"""Frame step: the work on each frame, in order.
 
     clock       in order? or does the take end here?
     joints      present, held, left out; path of each relative to the centre
     velocity    equation 1, smoothing, normalisation
     splitter    Algorithms 1 and 2: candidates, key frames
     summary     the frame before joins the open segment, now that it is known on which side of a candidate it lies
-    pose        what is kept of where the joints are
+    pose        history and means of the pose
 
-One compiled call takes a chunk of frames in; it stops early only to ask something of its caller.
+One compiled call processes a chunk of frames; it stops early only where the caller has to act.
 """
 
 cdef enum:
@@ -46,13 +46,13 @@ cdef int64_t advance(
         params: Of the similarity measure.
         positions: (count, J, 3) m.
         times: (count,) s.
-        count: How many there are.
-        used: Set to how many were processed.
+        count: Their number.
+        used: Set to the number of processed frames.
 
     Returns:
-        What the caller must do: DONE nothing, HAPPENED `step_window`, TAKE_ENDS end the take before the next frame,
-        ANALYSIS_DUE analyse the repetitions before it (`analyse_repetitions`), RING_FULL make more room for displacements
-        before it.
+        DONE if all frames were processed; else the caller's next step: HAPPENED `step_window`, TAKE_ENDS end the take before
+        the next frame, ANALYSIS_DUE analyse the repetitions before it (`analyse_repetitions`), RING_FULL make more room for
+        displacements before it.
     """
     cdef Plan* plan = &state.plan
     cdef Clock* clock = &state.clock
@@ -73,7 +73,7 @@ cdef int64_t advance(
             empty = is_empty(frame)
             if empty and is_left_alone(clock, time, plan.max_pause):
                 return TAKE_ENDS
-            if empty and clock.open == 0:  # a take begins with somebody
+            if empty and clock.open == 0:  # a take begins with the first visible joint
                 count_frame(clock, &state.counters)
                 count_nobody(&state.counters, frame)
                 continue
@@ -84,7 +84,7 @@ cdef int64_t advance(
             if plan.ends_alone == 1 and not is_empty(frame):
                 note_shown(clock)
             count_frame(clock, &state.counters)
-            state.counters.unseen += 1 if state.joints.present == 0 else 0  # as the last that was looked at
+            state.counters.unseen += 1 if state.joints.present == 0 else 0  # like the last judged frame
             continue
         if place != IN_VAIN and clock.open == 1 and ring_is_full(&state.velocity, a.ring_time, time, plan.window):
             if plan.ring < MOST_STEPS:
@@ -105,14 +105,14 @@ cdef int64_t advance(
 
 
 cdef inline bint _is_analysis_due(Row* state, Counting* counting, double time) noexcept nogil:
-    """Tell whether the repetitions must be analysed before a frame."""
+    """Return whether the repetitions must be analysed before a frame."""
     if state.plan.repetitions == 0 or state.clock.open == 0:
         return False
     return time >= counting.due
 
 
 cdef inline Arrays _arrays_of(Row* row, Measure* params) noexcept nogil:
-    """Return where the arrays of a row lie."""
+    """Return the arrays of a row."""
     cdef uint8_t* begin = <uint8_t*>row
     cdef Plan* plan = &row.plan
     cdef Places* at = &row.at
@@ -138,7 +138,7 @@ cdef inline Arrays _arrays_of(Row* row, Measure* params) noexcept nogil:
 
 
 cdef inline void _take_in(Row* state, Arrays* a, PositionSpan frame, double time) noexcept nogil:
-    """Take one frame in, all the way to its summary."""
+    """Process one frame, from its joints to its summary."""
     cdef bint first
     cdef double dt, velocity, value, scale
     cdef Plan* plan
@@ -176,7 +176,7 @@ cdef inline void _take_in(Row* state, Arrays* a, PositionSpan frame, double time
 
 
 cdef void _open_take(Row* state, Arrays* a, double time) noexcept nogil:
-    """Empty everything that belongs to a take; the range and what is known of the noise outlast it."""
+    """Clear the state of a take; the range and the estimate of the noise outlast it."""
     cdef Plan* plan
     cdef Clock* clock
     cdef OpenSegment* segment
@@ -239,7 +239,7 @@ cdef inline double _velocity(
 
 
 cdef double _seen_velocity(Row* state, Arrays* a, double value, double time) noexcept nogil:
-    """Return the velocity of a frame in which a joint is missing: what is not seen neither slows down nor comes to rest.
+    """Return the velocity of a frame in which a joint is missing: an unseen joint neither slows down nor comes to rest.
 
     While nothing is there that moves, the last velocity stands for `max_gap` seconds, then none: Algorithm 2 finds no
     extremum in either, and a crossing in a frame that was not seen is no key frame.
@@ -253,7 +253,7 @@ cdef double _seen_velocity(Row* state, Arrays* a, double value, double time) noe
 
 
 cdef inline double _rms_displacement(Plan* plan, Floats body, double displacement) noexcept nogil:
-    """Return as many times the joints' rms path as there are joints: long steps of few weigh more than in the sum.
+    """Return the rms path of the joints times their number: long steps of a few joints weigh more than in the sum.
 
     Args:
         plan: PLAN.
@@ -272,7 +272,7 @@ cdef inline double _rms_displacement(Plan* plan, Floats body, double displacemen
 
 
 cdef double _velocity_in_noise(Row* state, Arrays* a, double time, double dt) noexcept nogil:
-    """Return the way of the filtered poses over the window, in which little of the noise is left; sets `noise.floor`.
+    """Set `noise.floor`, and return the way of the filtered poses, with little noise, over the window.
 
     It is the rms over the joints, times as many as there are, like displacements where evidence decides.
     """
@@ -293,7 +293,7 @@ cdef double _velocity_in_noise(Row* state, Arrays* a, double time, double dt) no
 
 
 cdef void _note_features(Row* state, Arrays* a) noexcept nogil:
-    """Note the features of what the splitter found, while those of the joints are the last frame's."""
+    """Note the features of the candidate or crossing that the splitter found, while those of the joints are the last frame's."""
     cdef FoundInFrame* found
     cdef Candidate* candidate
     cdef double time, earlier
@@ -310,7 +310,7 @@ cdef void _note_features(Row* state, Arrays* a) noexcept nogil:
 
 
 cdef inline void _describe(Row* state, Arrays* a, double dt, bint first) noexcept nogil:
-    """Set the features of the frame, and let what is kept of the pose follow."""
+    """Set the features of the frame, and update the history and the means of the pose."""
     cdef bint filtered
     cdef float offset, kept, moved
     cdef double squares, stood_for
@@ -326,7 +326,7 @@ cdef inline void _describe(Row* state, Arrays* a, double dt, bint first) noexcep
         offset = <float>(SPEED_OFFSET * usual_speed(&state.scales))
     if state.joints.arrived == 1:
         add_newcomers(&a.joints, &a.segment, &a.history, a.filtered, logf(offset))
-    kept = moved = 0.0  # weights for poses as they are
+    kept = moved = 0.0  # weights for unfiltered poses
     if filtered:
         kept, moved = smoothing_weights(dt)
     localise(&a.joints, kept, moved)
@@ -349,7 +349,7 @@ cdef inline void _describe(Row* state, Arrays* a, double dt, bint first) noexcep
 
 
 cdef inline void _follow_activity(Row* state, Arrays* a, double squares) noexcept nogil:
-    """Let the activity follow; `squares` is the sum of the squared speeds, (m/s)²."""
+    """Update the activity; `squares` is the sum of the squared speeds, (m/s)²."""
     cdef Plan* plan
     cdef (double, double) noises
     cdef double speed
@@ -362,7 +362,7 @@ cdef inline void _follow_activity(Row* state, Arrays* a, double squares) noexcep
 
 
 cdef inline void _follow_scales(Row* state, Arrays* a, double squares, double dt, bint first) noexcept nogil:
-    """Let the scales follow, and the dwells."""
+    """Update the scales and the dwells."""
     if first:
         start_scales(&state.scales, a.joints.body, state.plan.joints)
     else:

@@ -11,10 +11,10 @@ from mossar_stream.errors import FrameError
 from mossar_stream.frames import constant_times, plain_array, refuse_other_than_arrays, reshaping
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
-LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
-ENOUGH_APART = 3  # steps to frames that are takes of their own, after which times are hardly seconds
+LARGEST_PERSON = 100.0  # m; a larger one is given in another unit
+ENOUGH_APART = 3  # steps between frames that are takes of their own; from then on times are hardly seconds
 UNITS_OF_TIME = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}  # in a second
-RATES = (5.0, 250.0)  # Hz, of those who send or record poses
+RATES = (5.0, 250.0)  # Hz, of senders and recordings of poses
 
 
 def checked(
@@ -54,7 +54,7 @@ def checked(
 
 
 def given_positions(values: ArrayLike) -> NDArray[Any]:
-    """Return positions as they were given, in single or double precision, contiguous and writeable."""
+    """Return the given positions in single or double precision, contiguous and writeable."""
     if type(values) is np.ndarray and values.dtype in (FLOAT32, FLOAT64) and values.flags.carray:
         return values
     refuse_other_than_arrays(values)
@@ -75,12 +75,12 @@ def _check_number(row: Channel, first_frame: int, times: NDArray[np.float64]) ->
 
 
 def has_said_size(who: str, chunk: NDArray[Any], depth: int) -> bool:
-    """Warn if a person is far larger than people are: the unit must be another one; tell whether there was anybody.
+    """Warn if a person is larger than people are, as in another unit; return whether a joint was seen.
 
     Args:
         who: The person.
-        chunk: (n, J, 3) m, of which the first frame is looked at.
-        depth: How many calls above this one the user's is, as `warnings.warn` counts.
+        chunk: (n, J, 3) m; the first frame is measured.
+        depth: Number of calls from the user's to this one, as `warnings.warn` counts.
     """
     if not len(chunk) or not np.isfinite(chunk[0]).any():
         return False
@@ -93,7 +93,7 @@ def has_said_size(who: str, chunk: NDArray[Any], depth: int) -> bool:
 
 
 def look_at_steps(row: Channel, times: NDArray[np.float64], apart: int, who: str, depth: int) -> int | None:
-    """Warn if from the first frame on each is a take of its own: the times are hardly seconds.
+    """Warn if each frame since the first is a take of its own: the times are hardly seconds.
 
     Args:
         row: As it was before these frames.
@@ -122,7 +122,7 @@ def look_at_steps(row: Channel, times: NDArray[np.float64], apart: int, who: str
 
 
 def in_seconds(step: float) -> str:
-    """Return how times become seconds whose step from frame to frame, s, is that of poses in another unit; empty if none."""
+    """Return how to turn times into seconds if their step, s, fits poses in another unit; else an empty string."""
     for unit, parts in UNITS_OF_TIME.items():
         if RATES[0] <= parts / step <= RATES[1]:
             return f": times / {parts:.10g} if these are {unit}"

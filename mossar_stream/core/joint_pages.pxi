@@ -1,10 +1,9 @@
-"""Joint pages: what is known of each joint, laid out so that loops over joints vectorise.
+"""Joint pages: the numbers of each joint, laid out so that loops over joints vectorise.
 
-A loop is vectorised only where the compiler sees that the arrays it works on do not overlap. So they all lie in one
+A loop is vectorised only where the compiler sees that its arrays do not overlap. They therefore all lie in one
 array, a constant distance apart: pages of `PAGE` joints, in each page one line for every number that is kept of a
 joint. Joint j's number N is `body[place(j) + N]`; a loop over a page's joints takes `page[j + N]`, and all of a page,
-for loops of a length that the compiler knows are straight-line code. What is computed where there is no joint stays 0,
-or is not looked at.
+for loops of a length that the compiler knows are straight-line code. Padding joints stay 0, or are ignored.
 """
 
 cdef enum:
@@ -45,7 +44,7 @@ cdef enum:
     SQUARE_Z = 960
     SQUARE_SPEED = 992
     SUM_PATH = 1024  # and of the paths
-    LIVE = 1056  # 1, or 0 for joints that do not count (joints.pxi) and for what comes after the last joint
+    LIVE = 1056  # 1, or 0 for joints that do not count (joints.pxi) and for padding
     WORK = 1088  # scratch
     REST_X = 1120  # m, the pose in which the performer dwells (scales)
     REST_Y = 1152
@@ -73,12 +72,12 @@ cdef inline PositionSpan part_of_position_span(PositionSpan span, int64_t begin,
 
 
 cdef int64_t place(int64_t j) noexcept nogil:
-    """Return where joint j's numbers begin."""
+    """Return the place of joint j's numbers."""
     return j // PAGE * PAGE_SIZE + j % PAGE
 
 
 cdef inline int64_t body_numbers(int64_t joints) noexcept nogil:
-    """Return how many numbers the body of so many joints has."""
+    """Return the length of a body with so many joints."""
     return (joints + PAGE - 1) // PAGE * PAGE_SIZE
 
 
@@ -98,7 +97,7 @@ cdef inline double line_sum(Floats body, int64_t line) noexcept nogil:
 
 
 cdef (float, float, float) center_of(Plan* plan, JointsState* state, Floats body) noexcept nogil:
-    """Return where the centre is: the root, or the centroid of the joints that count.
+    """Return the place of the centre: the root, or the centroid of the joints that count.
 
     Args:
         plan: PLAN.
@@ -122,7 +121,7 @@ cdef (float, float, float) center_of(Plan* plan, JointsState* state, Floats body
 
 
 cdef void flatten(Floats body, FloatRows pose) noexcept nogil:
-    """Copy the features of the last frame to where all joints follow each other; x is NaN where a joint does not count.
+    """Copy the features of the last frame to rows without pages; x is NaN where a joint does not count.
 
     Args:
         body: The body.

@@ -1,18 +1,18 @@
-"""Joints of one frame: who is there, how far each moved relative to the body centre.
+"""Joints of one frame: the visible ones, and the displacement of each relative to the body centre.
 
 Localisation is step 1 of the paper's preprocessing (3.1.1): positions relative to the body centre, so that the
-place where the performer stands does not matter. Displacements of localised joints are differences of
-displacements, which is what is computed here.
+place of the performer does not matter. Displacements of localised joints are differences of displacements; this file
+computes these.
 
 Live joints come and go. A joint that is missing, or faster than `max_speed`, is held where it was for `max_gap`
-seconds; after that it is left out, and carried along by the centre, until it is back, without a displacement across
-the gap. One that was not seen in this take yet does not count at all (`LIVE` is 0, and its pose, too); nor does
-anybody while the root was not seen. `arrival.pxi` tells what happens when it is.
+seconds. Then it is left out, and moves with the centre until it is back, without a displacement across the gap. A
+joint that was not yet seen in this take does not count (`LIVE` is 0, and its pose, too); no joint counts before the
+root was seen. `arrival.pxi` includes a joint when it is seen.
 
 In the first frame of a take, a joint that is far from all others is missing: with the centroid as centre it would move
-everybody. From then on, every frame within reach bears out where a joint was; every outlier contradicts it. A place
-that is contradicted more often than borne out was wrong: the joint is then treated as left out, and is back where the
-outlier is.
+all joints. Later, every frame within reach confirms the place of a joint; every outlier contradicts it. A place
+that is contradicted more often than confirmed was wrong: the joint is then treated as left out, and is back at the
+place of the outlier.
 """
 
 # In the first frame of a take a joint is stray, and missing, if it is so many times as far from the middle of the joints as
@@ -20,7 +20,7 @@ outlier is.
 cdef double STRAY = 20.0
 cdef double STRAY_FLOOR = 1.0
 cdef enum:
-    FEWEST_OF_BODY = 5  # joints; of fewer nobody knows which one is stray
+    FEWEST_OF_BODY = 5  # joints; among fewer, the stray one is unknown
     HALVINGS = 40  # that find a median
     MOST_TRACKED = 255  # frames; more than `max_gap` has, and few enough to be contradicted within seconds
 
@@ -28,16 +28,16 @@ cdef struct JointsState:
     int64_t complete  # whether all joints were there in the last frame
     int64_t arrived  # whether one is there for the first time in this take
     int64_t returned  # whether one is there again after it was left out; WORK says which
-    int64_t present  # how many were there in the last frame
+    int64_t present  # number of those in the last frame
     int64_t unbroken  # complete frames that `tracked` does not have yet
     int64_t moving  # joints seen in this take that can move relative to the centre, at least 1
-    # m, from the mean of the joints seen in this take to the centroid: who arrives must not move it.
+    # m, from the mean of the joints seen in this take to the centroid: arriving joints must not move it.
     double offset_x
     double offset_y
     double offset_z
-    double unseen_time  # s, of the last frame in which nothing could be seen of how they move
+    double unseen_time  # s, of the last frame that showed no movement of joints
     int64_t placed  # whether the following is known
-    # m, what was taken off the source's coordinates before they became single precision; see intake.py.
+    # m, offset taken off the source's coordinates before they became single precision; see placing.pxi.
     double origin_x
     double origin_y
     double origin_z
@@ -48,12 +48,12 @@ cdef struct Joints:  # A performer's joints, as the functions below need them.
     JointsState* state  # JOINTS
     Counters* counters  # COUNTERS
     Doubles seen  # (padded_joints,) s, when each joint was last there
-    Ints32 tracked  # (padded_joints,) frames for where it was, less those against
+    Ints32 tracked  # (padded_joints,) frames that confirm its place, less those that contradict it
     Floats body  # see joint_pages.pxi
 
 
 cdef void start_joints(Joints* joints, PositionSpan frame, double time) noexcept nogil:
-    """Take the first frame of a take in: no joint has moved yet, and nothing is left of the take before.
+    """Process the first frame of a take: no joint has moved yet, and the state of the take before is cleared.
 
     Args:
         joints: Joints.
@@ -161,7 +161,7 @@ cdef double _median(Floats body, int64_t count) noexcept nogil:
 
 
 cdef double last_seen(Joints* joints) noexcept nogil:
-    """Return when the centre and a joint that can move relative to it were last there, s; -inf if never in this take.
+    """Return the time at which the centre and a joint that moves relative to it were last there, s; -inf if never in this take.
 
     Args:
         joints: Joints; the last frame was not complete.
@@ -177,14 +177,14 @@ cdef double last_seen(Joints* joints) noexcept nogil:
 
 
 cdef bint counts(Joints* joints, int64_t j) noexcept nogil:
-    """Tell whether a joint was seen in this take, and the root, if that is the centre, too."""
+    """Return whether a joint was seen in this take, and the root, if that is the centre, too."""
     cdef int64_t center
     center = joints.plan.center
     return joints.seen.at[j] > -INFINITY and (center < 0 or joints.seen.at[center] > -INFINITY)
 
 
 cdef void count_moving(Joints* joints) noexcept nogil:
-    """Note how many joints count that can move relative to the centre."""
+    """Note the number of joints that count and can move relative to the centre."""
     cdef int64_t moving, j
     moving = 0
     for j in range(joints.plan.joints):
@@ -194,7 +194,7 @@ cdef void count_moving(Joints* joints) noexcept nogil:
 
 
 cdef inline double step_joints(Joints* joints, PositionSpan frame, double before, double time) noexcept nogil:
-    """Take one frame's joints in and set each joint's way relative to the centre.
+    """Process the joints of one frame, and set each joint's way relative to the centre.
 
     Args:
         joints: Joints; positions, displacements and their lengths are set.
@@ -258,7 +258,7 @@ cdef inline void _joints_measure(Floats page) noexcept nogil:
 
 
 cdef inline (float, float, float) _center_step(Plan* plan, Floats body) noexcept nogil:
-    """Return how far the centre moved when all joints are there."""
+    """Return the displacement of the centre when all joints are there."""
     cdef double x, y, z
     cdef int64_t j
     cdef float u, v, w
@@ -274,7 +274,7 @@ cdef inline (float, float, float) _center_step(Plan* plan, Floats body) noexcept
 
 
 cdef inline (float, float, float) _way(Floats body, int64_t k) noexcept nogil:
-    """Return how far a joint is from where it was last there."""
+    """Return the way of a joint from its last place."""
     return (body.at[k + X] - body.at[k + GOOD_X], body.at[k + Y] - body.at[k + GOOD_Y], body.at[k + Z] - body.at[k + GOOD_Z])
 
 
@@ -296,12 +296,12 @@ cdef bint _is_position(Position* joint) noexcept nogil:
 
 
 cdef bint _is_far(Position* joint) noexcept nogil:
-    """Tell whether a joint was given, but too far off to be true."""
+    """Return whether a joint was given, but too far off to be true."""
     return abs(joint.x) > FARTHEST or abs(joint.y) > FARTHEST or abs(joint.z) > FARTHEST
 
 
 cdef bint is_empty(PositionSpan frame) noexcept nogil:
-    """Tell whether a frame is without a single joint.
+    """Return whether a frame is without a single joint.
 
     Args:
         frame: (J,) POINT, m.
@@ -314,7 +314,7 @@ cdef bint is_empty(PositionSpan frame) noexcept nogil:
 
 
 cdef void count_nobody(Counters* counters, PositionSpan frame) noexcept nogil:
-    """Count a frame without any joint that no take takes in.
+    """Count a frame without any joint that belongs to no take.
 
     Args:
         counters: COUNTERS.
@@ -332,7 +332,7 @@ cdef void _keep(Floats body, int64_t k, Position* joint) noexcept nogil:
 
 
 cdef void _hold(Floats body, int64_t k) noexcept nogil:
-    """Let a joint be where it was last there."""
+    """Hold a joint at its last place."""
     body.at[k + X], body.at[k + Y], body.at[k + Z] = body.at[k + GOOD_X], body.at[k + GOOD_Y], body.at[k + GOOD_Z]
 
 
@@ -391,7 +391,7 @@ cdef double _step_partial(Joints* joints, PositionSpan frame, double time) noexc
 cdef void _keep_centroid(
     Joints* joints, (float, float, float) way, (double, double, double) center_step
 ) noexcept nogil:
-    """Let the centroid stay where it is although a joint was carried along to another place than that where it is back."""
+    """Keep the centroid where it is although a joint comes back at another place than the one it was carried to."""
     cdef JointsState* state
     state = joints.state
     state.offset_x -= (way[0] - center_step[0]) / state.moving

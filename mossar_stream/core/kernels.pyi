@@ -1,4 +1,4 @@
-"""What the compiled core offers to Python; the files named face.pxi say what it does, those named testing.pxi what tests call."""
+"""The functions of the compiled core for Python; the files face.pxi describe them, testing.pxi those for tests."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias

@@ -1,7 +1,7 @@
-"""Localising: where the joints are relative to the centre (paper 3.1.1), low-pass filtered where the measure asks for it.
+"""Localising: positions of the joints relative to the centre (paper 3.1.1), low-pass filtered if the measure needs it.
 
 Where the sensor is noisy, the velocity is that of the filtered poses. It is needed before the frame's features are
-set: the splitter tells on which side of a candidate the features of the frame before lie.
+set: the splitter decides on which side of a candidate the features of the frame before lie.
 """
 
 
@@ -10,7 +10,7 @@ cdef inline void localise(Joints* joints, float kept, float moved) noexcept nogi
 
     Args:
         joints: Joints.
-        kept: What is left of the low-pass filtered pose; 0 is no filter.
+        kept: Weight of the last filtered pose; 0 is no filter.
         moved: Weight of the newest displacement in the filtered pose.
     """
     cdef (float, float, float) center

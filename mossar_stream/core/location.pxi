@@ -33,7 +33,7 @@ cdef void _load_left(Window* w) noexcept nogil:
 
 
 cdef int64_t best_candidate(Window* w, int64_t open_slot) noexcept nogil:
-    """Return the place of the undecided key frame that the oldest had better move to; 0 to stay."""
+    """Return the place of the likelier key frame for the oldest to move to; 0 to stay."""
     cdef int64_t neighbour, i, place
     cdef Doubles left, right, both
     cdef double best, cost
@@ -57,7 +57,7 @@ cdef int64_t best_candidate(Window* w, int64_t open_slot) noexcept nogil:
 
 
 cdef inline int64_t best_pose(Window* w, int64_t open_slot, int64_t end_frame) noexcept nogil:
-    """Return how far back among the kept poses the likeliest place for the oldest key frame lies; -1 to stay.
+    """Return the likeliest pose for the oldest key frame, counted back from the newest kept pose; -1 to stay.
 
     Args:
         w: Window.
@@ -78,7 +78,7 @@ cdef inline int64_t best_pose(Window* w, int64_t open_slot, int64_t end_frame) n
 
 
 cdef int64_t _newer_poses(Window* w, int64_t frame) noexcept nogil:
-    """Return how many of the kept poses are of this frame or a later one, by bisection: a recording keeps many."""
+    """Return the number of kept poses of this frame or a later one, by bisection: a recording keeps many."""
     cdef int64_t low, high, middle
     low, high = 0, w.history.state.filled
     while low < high:
@@ -123,7 +123,7 @@ cdef inline (int64_t, double) _search(
         add_pose(w.params, left, pose, w.plan.joints, mark.time, -mark.weight * direction)
         close(w.params, left)
         close(w.params, right)
-        cost = merge_cost(w.params, left, right, both)  # what lies left and right together stays the same
+        cost = merge_cost(w.params, left, right, both)  # both segments together stay the same
         if cost > best:
             best, place = cost, border
     return place, best

@@ -1,4 +1,4 @@
-"""Mean pose: leaky means of the pose, which the size of the movements is measured from (tempo, scales)."""
+"""Mean pose: leaky means of the pose, from which tempo and scales measure the size of the movements."""
 
 cdef double MEAN_TIME = 5.0  # s, of slow means
 
@@ -9,7 +9,7 @@ cdef void start_mean(Floats body, int64_t joints, int64_t line) noexcept nogil:
     Args:
         body: See joint_pages.pxi.
         joints: J.
-        line: Where x of the mean stands in a page; y and z follow.
+        line: Line of x of the mean in a page; y and z follow.
     """
     cdef int64_t j, k, axis
     for j in range(joints):
@@ -19,7 +19,7 @@ cdef void start_mean(Floats body, int64_t joints, int64_t line) noexcept nogil:
 
 
 cdef inline void follow_mean(Floats body, int64_t line, float share) noexcept nogil:
-    """Let a mean follow the pose of the last frame, whose weight is `share`, float32."""
+    """Update a mean with the pose of the last frame, weighted by `share`, float32."""
     cdef int64_t first, j
     cdef Floats page
     for first from 0 <= first < body.count // LINES by PAGE:

@@ -1,7 +1,7 @@
 """Middle: the centroid of a performer's joints, on which limbs hang where the skeleton has no root.
 
-The body's own centroid is taken: joints that are missing or too far off are held as the body holds them, and then carried
-along. A mean of the joints that are there would move whenever a joint goes or comes.
+It is the body's own centroid: joints that are missing or too far off are held as the body holds them, and then carried
+along. A mean of the visible joints would move whenever a joint goes or comes.
 """
 
 

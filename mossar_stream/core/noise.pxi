@@ -1,23 +1,22 @@
-"""Noise: how much of the velocity is the sensor's, so that a person who stands still does not flood.
+"""Noise: the sensor's part of the velocity, so that a person who stands still causes no flood of key frames.
 
 A sensor that errs by a millimetre moves all joints all the time: at 120 Hz that is as much path as a slow walk.
-No limit on the velocity tells the two apart, but the direction does: motion goes on, noise turns back. The
+No limit on the velocity separates the two, but the direction does: motion goes on, noise turns back. The
 displacement of a joint that only trembles has the correlation -1/2 with the one before, that of a moving joint
-one near 1. So while displacements are on the whole turned back, the path is the sensor's, and what it adds to
-the velocity is known from then on. Where that is too much for the threshold line,
+one near 1. While most displacements turn back, the path is the sensor's, and the velocity that it adds is known from
+then on. Where that is too much for the threshold line,
 
     displacements are smoothed (first-order low-pass, time constant at most `SLOWEST_SMOOTHING`), and
     the range does not fall below where θ · range is `noise_margin` times the noise that is left.
 
 Where poses are low-pass filtered (level `motion`), small movements must not be silenced: there the velocity is that of
-the filtered poses while noise is loud, and the range rises to at most `MOST_RAISED` times what it is. A joint that
-jumps turns back, too, while others move, so there the noise is at most what the path was at its quietest of late (the
-minimum statistics of Martin 2001).
+the filtered poses while noise is loud, and the range rises to at most `MOST_RAISED` times its value. A joint that
+jumps turns back, too, while others move; there the noise is at most the quietest path of late (the minimum statistics
+of Martin 2001).
 
-So that a stream need not begin with a false onset, its first moment counts as noise, too.
-
-Recordings with little noise, and performers who never rest, go through unchanged but for that. This is ours; preset
-`paper` and the `fixed` range have it off.
+The first moment of a stream counts as noise, too, so that it need not begin with a false onset. Recordings with little
+noise, and performers who never rest, are otherwise unchanged. This is ours; preset `paper` and the `fixed` range switch
+it off.
 """
 
 cdef double MEMORY = 0.15  # s, time constant of the averages
@@ -25,17 +24,17 @@ cdef double TURNED_BACK = -0.1  # correlation of successive displacements below 
 cdef double BEGINNING = 0.05  # s, at the start of a stream, in which every movement may be noise
 # s, without any displacement, after which the sensor is exactly still; shorter ones are repeated frames
 cdef double STILLNESS = 0.1
-cdef double DOUBT = 0.5  # what is added to the estimate for each frame's share in it
+cdef double DOUBT = 0.5  # added to the estimate for each frame's share in it
 cdef double SLOWEST_SMOOTHING = 0.1  # s, time constant of the smoothing
 cdef double DOUBLING = 5.0  # s, in which the quietest path that is remembered doubles
-# Where poses are filtered, θ · range is raised so many standard deviations above what the noise adds to the velocity, but
-# not beyond so many times what it would be without noise.
+# Where poses are filtered, θ · range is raised so many standard deviations above the velocity that the noise adds, but not
+# beyond so many times its value without noise.
 cdef double DEVIATIONS = 4.0
 cdef double MOST_RAISED = 3.0
 cdef double UNEVEN = 1.6  # a step in time so many times the usual one has lost frames; in it, motion may turn back
 cdef double ALWAYS_EVEN = 0.03  # s, steps that are even in any case (frames may come in bursts), and in no case
 cdef double NEVER_EVEN = 0.1
-cdef double SHORTER_STEP = 0.8  # how the usual step follows: to where about one step in six is shorter
+cdef double SHORTER_STEP = 0.8  # makes about one step in six shorter than the usual one
 cdef double LONGER_STEP = 1.04
 
 cdef struct RecentSums:  # leaky sums over the last frames of a take
@@ -47,7 +46,7 @@ cdef struct RecentSums:  # leaky sums over the last frames of a take
     double still  # s, for which exactly nothing moved before the last displacement
 
 
-cdef struct Noise:  # what is known of the sensor, which outlasts a take
+cdef struct Noise:  # estimate of the sensor's noise; it outlasts a take
     int64_t known  # whether it was ever calm
     int64_t silent  # whether the sensor was ever exactly still: until it is calm, it has no noise
     double heard  # s, of movement
@@ -74,16 +73,16 @@ cdef void start_noise(RecentSums* recent) noexcept nogil:
 cdef inline double calm_noise(
     Noise* noise, Plan* plan, double largest, Floats body, double displacement, double dt
 ) noexcept nogil:
-    """Take a frame in, set `noise.floor`, and return the frame's path with the noise smoothed out of it.
+    """Process a frame, set `noise.floor`, and return the frame's path with the noise smoothed out.
 
-    Where poses are filtered it sets `noise.loud` instead, and returns the path as it is.
+    Where poses are filtered it sets `noise.loud` instead, and returns the path unchanged.
 
     Args:
         noise: NOISE.
         plan: PLAN.
         largest: m, velocity so far.
         body: Displacements of the joints, now, before, and smoothed; 0 where one is missing or back after a gap.
-        displacement: m, path of all; repeated frames have none and say nothing.
+        displacement: m, path of all; repeated frames have none and are ignored.
         dt: s since the last frame, 0 for the first.
 
     Returns:
@@ -107,7 +106,7 @@ cdef inline double calm_noise(
 cdef inline void hear_noise(
     Noise* noise, Floats body, int64_t padded_joints, double displacement, double dt
 ) noexcept nogil:
-    """Learn from a frame what the sensor's noise is; see `calm_noise`."""
+    """Update the estimate of the sensor's noise with a frame; see `calm_noise`."""
     cdef RecentSums* recent
     cdef double turned
     recent = &noise.recent
@@ -124,14 +123,14 @@ cdef inline void hear_noise(
 
 
 cdef inline bint ends_stillness(Noise* noise) noexcept nogil:
-    """Tell whether the last frame is the first with a displacement after exact stillness."""
+    """Return whether the last frame is the first with a displacement after exact stillness."""
     return noise.recent.time == 0.0 and noise.recent.still >= STILLNESS - TIME_ROUNDING
 
 
 cdef inline void hear_aside(
     Noise* noise, Floats body, int64_t padded_joints, double displacement, double dt
 ) noexcept nogil:
-    """Learn from a frame what the noise is without letting anything but the activity know."""
+    """Update the estimate that only the activity uses with a frame."""
     noise.estimate = noise.aside
     hear_noise(noise, body, padded_joints, displacement, dt)
     noise.aside, noise.estimate = noise.estimate, 0.0
@@ -143,12 +142,12 @@ cdef inline double noise_level(Noise* noise) noexcept nogil:
 
 
 cdef inline double noise_floor(double left, Plan* plan, double largest) noexcept nogil:
-    """Return below what the range does not fall while noise is loud and poses are filtered, m.
+    """Return the lower limit of the range while noise is loud and poses are filtered, m.
 
     The rms of 3 J normal numbers has a standard deviation of 1/√(6 J) of itself.
 
     Args:
-        left: m, what the noise adds to the velocity of the filtered poses.
+        left: m, the velocity that the noise adds to the filtered poses.
         plan: PLAN.
         largest: m, velocity so far.
     """
@@ -174,7 +173,7 @@ cdef inline double _turned(RecentSums* recent, Floats body, int64_t padded_joint
 
 
 cdef inline bint _noise_is_even(Noise* noise, double step) noexcept nogil:
-    """Tell whether the frame follows the last one without a loss, and learn how long that takes."""
+    """Return whether the frame follows the last one without a loss, and learn the usual step."""
     cdef bint even
     if step <= 0.0 or noise.step == 0.0 and step > NEVER_EVEN + TIME_ROUNDING:
         return False
@@ -195,7 +194,7 @@ cdef inline void _turn(Floats page) noexcept nogil:
 
 
 cdef inline void _listen(Noise* noise, double turned, double displacement) noexcept nogil:
-    """Take the path of a frame for noise if joints keep turning back."""
+    """Count the path of a frame as noise if joints keep turning back."""
     cdef RecentSums* recent
     cdef double time, keep, path, least
     cdef bint is_noise
@@ -231,10 +230,10 @@ cdef double _share(double loudness, double line, double dt) noexcept nogil:
 
 
 cdef double _smooth(Noise* noise, Floats body, double displacement, double share) noexcept nogil:
-    """Smooth the displacements, and return the path of what is left."""
+    """Smooth the displacements, and return their path."""
     cdef double keep, take, raw, smooth
     cdef int64_t first
-    # Smoothing begins from rest, for it is there that noise becomes known.
+    # Smoothing begins from rest, where noise becomes known.
     keep = 1.0 - share if noise.smooth == 1 else 0.0
     noise.smooth = 1
     take = share if displacement > 0.0 else 0.0

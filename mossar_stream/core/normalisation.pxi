@@ -1,4 +1,4 @@
-"""Normalisation: what a velocity is a share of.
+"""Normalisation: the range that a velocity is a share of.
 
 The paper normalises by the smallest and largest velocity of the whole file. A stream has no whole file, so the
 range follows it: `running` takes the largest velocity so far and 0 (the curve starts at 0), `decay` lets that
@@ -18,7 +18,7 @@ cdef struct Range:
 cdef (double, double) normalise(
     Range* velocity_range, Plan* plan, double noise_floor, double velocity, double dt
 ) noexcept nogil:
-    """Return the velocity on the scale that θ is compared on, and what 1 is on that scale.
+    """Return the velocity on the scale on which θ is compared, and the value of 1 on that scale.
 
     Args:
         velocity_range: RANGE.
@@ -35,5 +35,5 @@ cdef (double, double) normalise(
     if plan.range_policy == RANGE_DECAYS:
         velocity_range.largest *= exp2(-dt / plan.range_half_life)
     velocity_range.largest = max(velocity_range.largest, velocity)
-    # People who stand still must not flood: their noise is no motion.
+    # A person who stands still must cause no flood of key frames: noise is no motion.
     return velocity, max(velocity_range.largest, plan.range_floor, noise_floor)

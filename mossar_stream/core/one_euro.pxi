@@ -12,7 +12,7 @@ cdef double filter_joints(Plan* plan, Floats body, DoubleRows filtered, double d
 
     Args:
         plan: PLAN.
-        body: Where the joints are, which the filter moves; displacements and their lengths are set.
+        body: Places of the joints, which the filter moves; displacements and their lengths are set.
         filtered: (6, padded_joints) m and m/s, filtered positions and derivatives.
         dt: s since the last frame; 0 or less at the start of a take.
 
@@ -49,7 +49,7 @@ cdef double _smoothing(double cutoff, double dt) noexcept nogil:
 
 
 cdef (double, double, double) _step_of(Floats body, DoubleRows filtered, int64_t j) noexcept nogil:
-    """Return how far the filter moves a joint."""
+    """Return the step of a joint's filtered position."""
     cdef int64_t k
     cdef float weight
     cdef double x, y, z
@@ -89,7 +89,7 @@ cdef double _filtered_sum(Plan* plan, Floats body, DoubleRows filtered) noexcept
 
 
 cdef void begin_filter(Floats body, DoubleRows filtered, int64_t j) noexcept nogil:
-    """Let the filter begin anew for a joint, where it is."""
+    """Restart the filter for a joint, at its present place."""
     cdef int64_t k, axis
     k = place(j)
     for axis in range(3):

@@ -1,8 +1,8 @@
-"""Open segment: what came since the last key frame, and how splitter and window part it.
+"""Open segment: the frames since the last key frame, divided by the splitter.
 
 Frames since the last key frame lie in three summaries: those up to the candidate (`settled`), those after it
 (`since`), and those of a plateau that may yet become a candidate (`run`). The last frame waits outside, because
-the next one tells whether it was a minimum. When a candidate is confirmed, `settled` is the segment before it and
+the next one shows whether it was a minimum. When a candidate is confirmed, `settled` is the segment before it and
 `since` the beginning of the one after it; nothing is replayed.
 """
 
@@ -69,14 +69,14 @@ cdef inline void note_last_frame(
 cdef inline void split(
     OpenSegment* segment, Curve* curve, Clock* clock, double value, double scale, bint seen
 ) noexcept nogil:
-    """Take the next velocity in, give the last frame to its summary, and close the segment that a key frame ends.
+    """Process the next velocity, add the last frame to its summary, and close the segment that a key frame ends.
 
     Args:
         segment: OpenSegment; the features are still those of the last frame.
         curve: CURVE.
         clock: CLOCK.
         value: V[t].
-        scale: What 1 is on the scale of V.
+        scale: Value of 1 on the scale of V.
         seen: Whether a crossing is a key frame.
     """
     cdef OpenSegmentState* state
@@ -109,13 +109,13 @@ cdef inline void split(
 cdef inline void place_last_frame(
     OpenSegment* segment, int64_t candidate, int64_t run_length, bint goes_on
 ) noexcept nogil:
-    """Give the last frame to the summary it belongs to, and the run with it if the run is over.
+    """Add the last frame to its summary, and the run with it if the run is over.
 
     Args:
         segment: OpenSegment.
         candidate: Frame of the candidate, negative if there is none.
         run_length: Of the run that the last frame belongs to.
-        goes_on: Whether the run does.
+        goes_on: Whether the run goes on.
     """
     cdef int64_t target, slot
     cdef OpenSegmentState* state
@@ -147,7 +147,7 @@ cdef inline void add_last_frame(OpenSegment* segment, int64_t slot) noexcept nog
 
 
 cdef inline void add_waiting_frames(OpenSegment* segment) noexcept nogil:
-    """Add the sums that wait to the summary they belong to; before anything else is done with it."""
+    """Add the waiting sums to their summary; call it before any other use of that summary."""
     cdef OpenSegmentState* state
     state = segment.state
     if state.waiting > 0:
@@ -156,7 +156,7 @@ cdef inline void add_waiting_frames(OpenSegment* segment) noexcept nogil:
 
 
 cdef void settle(OpenSegment* segment) noexcept nogil:
-    """Give what came since the candidate to what came before it."""
+    """Add the frames since the candidate to those before it."""
     cdef OpenSegmentState* state
     cdef DoubleRows summaries
     add_waiting_frames(segment)

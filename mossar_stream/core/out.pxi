@@ -21,7 +21,7 @@ cdef object event_of(Channel channel, Event* event):
 
 
 cdef str _of_limb(Channel channel):
-    """Return what ids say of a limb: nothing of the body."""
+    """Return the part of an id that names the limb; empty for the body."""
     return "" if channel.name == BODY else f"{channel.name}/"
 
 

@@ -1,8 +1,8 @@
-"""Performer: one performer with limbs and readers, who owns all memory; and what several performers share.
+"""Performer: one performer with limbs and readers, the owner of all memory; and the workspace that several performers share.
 
-No code of this file is run by the interpreter, which looks for signals between steps of Python: so Ctrl-C acts before or after
-a call and never within one, and nothing is ever half done. The result of a call may get lost when Ctrl-C comes at its end. So
-events wait in the list `pending` until the caller has taken them. `at_once` does several things as one.
+The interpreter, which looks for signals between steps of Python, runs no code of this file. Ctrl-C therefore acts before or
+after a call, never within one, and no change is half done. Ctrl-C at the end of a call may lose its result; events therefore
+wait in the list `pending` until the caller has taken them. `at_once` does several things as one.
 """
 
 cdef enum:
@@ -19,7 +19,7 @@ cdef str RELEASED = "the segmenter was released"
 
 
 cdef class Workspace:
-    """Scratch and the event buffer of one segmenter, or of a pool of performers, who are worked on one after the other.
+    """Scratch and the event buffer of one segmenter, or of a pool of performers, which take turns.
 
     It lets one thread in at a time: two would write into the same memory. The second one gets an error at once.
     """
@@ -37,7 +37,7 @@ cdef class Workspace:
         self.room.events.count = self.room.used = 0
 
     cdef int make_room(self, Plan* plan) except -1:
-        """Be large enough for rows of a plan, too; no event lies in the buffer."""
+        """Grow for rows of a plan, too; the buffer must be empty."""
         cdef int64_t store = store_size(plan.joints) if plan.repetitions == 1 else 0
         if scratch_size(plan) > self.room.scratch.count:
             self.scratch = zeros(scratch_size(plan))
@@ -52,7 +52,7 @@ cdef class Workspace:
         return 0
 
     cdef int hand_out(self, list performers) except -1:
-        """Let the events that lie in the buffer wait at their performers, and empty it."""
+        """Move the events of the buffer to the pending lists of their performers."""
         cdef EventSpan* events = &self.room.events
         cdef Event* event
         cdef Performer performer
@@ -72,7 +72,7 @@ cdef class Workspace:
 
 
 cdef class Performer:
-    """One performer with limbs and what reads the frames.
+    """One performer with limbs and readers of the frames.
 
     Args:
         workspace: To work in.
@@ -92,7 +92,7 @@ cdef class Performer:
     cdef tuple joints
     cdef tuple readers
     cdef Seat seat
-    cdef cnp.ndarray parts  # what the seat points to
+    cdef cnp.ndarray parts  # the arrays that the seat points to
     cdef cnp.ndarray followers
     cdef cnp.ndarray order
     cdef cnp.ndarray positions
@@ -135,7 +135,7 @@ cdef class Performer:
         self.find_rows()
 
     cdef int find_rows(self) except -1:
-        """Let the loop know where the rows are, and what is to be reported of them."""
+        """Set the seat to the present rows, and to the reports that are wanted."""
         cdef int64_t i
         cdef Channel channel
         for i in range(len(self.channels)):
@@ -162,13 +162,13 @@ cdef class Performer:
         return <Channel>self.channels[0]
 
     cdef int enter(self) except -1:
-        """Let this thread work on the performer, until `workspace.is_busy` is cleared."""
+        """Reserve the performer for this thread until `workspace.is_busy` is cleared."""
         if self.seat.parts == NULL:
             raise RuntimeError(RELEASED)
         return self.workspace.enter()
 
     def release(self):
-        """Give the memory back; the performer is of no use afterwards.
+        """Free the memory; the performer cannot be used afterwards.
 
         Raises:
             RuntimeError: If another thread is using it.
@@ -179,7 +179,7 @@ cdef class Performer:
         self.parts = self.followers = self.order = self.positions = None
         self.channels, self.readers = (), ()
 
-    # What happens to frames.
+    # Frames.
 
     def process(self, cnp.ndarray positions, cnp.ndarray times, first_frame=None, /):
         """Process frames among which takes may begin, take by take; the events are pending.
@@ -205,7 +205,7 @@ cdef class Performer:
         The lock of the interpreter is kept: releasing it takes as long as a frame.
 
         Returns:
-            Whether it was processed; if not, it is to be checked and processed as all frames are.
+            Whether it was processed; if not, the caller checks and processes it like any frames.
         """
         cdef Channel body
         cdef double moment
@@ -232,7 +232,7 @@ cdef class Performer:
         return used == 1
 
     cdef float* frame_of(self, Channel body, cnp.ndarray given) except? NULL:
-        """Return a frame in single precision, relative to where the performer is; NULL if it is none."""
+        """Return a frame in single precision, relative to the performer's place; NULL if it is not valid."""
         cdef int64_t joints = body.row.plan.joints
         cdef int kind = cnp.PyArray_TYPE(given)
         if cnp.PyArray_NDIM(given) != 2 or cnp.PyArray_DIM(given, 0) != joints or cnp.PyArray_DIM(given, 1) != 3:
@@ -270,7 +270,7 @@ cdef class Performer:
         return 0
 
     cdef int64_t run(self, float* positions, double* times, int64_t count, bint keeps_lock) except -1:
-        """Process frames of one take, and return how many were before the take ended."""
+        """Process frames of one take, and return the number of those before the end of the take."""
         cdef Room* room = &self.workspace.room
         cdef Seat* seat = &self.seat
         cdef Frames frames
@@ -291,7 +291,7 @@ cdef class Performer:
             self.serve(stop, times)
 
     cdef int serve(self, int64_t stop, double* times) except -1:
-        """Do what the loop stopped for; `times` are those of the frames, s."""
+        """Handle the reason for which the loop stopped; `times` are those of the frames, s."""
         cdef Channel body = self.body(), channel
         cdef Reader reader
         if stop == READ:
@@ -336,7 +336,7 @@ cdef class Performer:
     # Ends of takes, and levels.
 
     cdef int update(self, Channel channel, int64_t reason) except -1:
-        """Do what is due for the body or a limb; see `step_window`."""
+        """Update the window of the body or a limb; see `step_window`."""
         cdef Row* row = channel.row
         cdef Measure* measure = <Measure*>cnp.PyArray_DATA(channel.measure)
         cdef Room* room = &self.workspace.room
@@ -351,7 +351,7 @@ cdef class Performer:
         return self.workspace.hand_out([self])
 
     cdef int analyse_once_more(self, Channel channel) except -1:
-        """Analyse what was repeated, as the take ends, once: each analysis adds the newest pose to the samples."""
+        """Analyse the repetitions once more as the take ends; each analysis adds the newest pose to the samples."""
         cdef Row* row = channel.row
         cdef Counting* counted = counting_of(row)
         cdef bint is_changed
@@ -367,7 +367,7 @@ cdef class Performer:
         return 0
 
     cdef int apply_level(self) except -1:
-        """Let a level that moved act on the undecided key frames."""
+        """Apply a level that moved to the undecided key frames."""
         cdef Channel channel
         for channel in self.channels:
             if channel.is_level_new:
@@ -376,7 +376,7 @@ cdef class Performer:
         return 0
 
     cpdef int catch_up(self) except -1:
-        """Let the clocks of limbs show what the body's shows, and let them know what is counted of it."""
+        """Set the clocks of limbs to the body's, and copy its periods to them."""
         cdef Row* body = self.body().row
         cdef Row* limb
         cdef int64_t i
@@ -422,12 +422,12 @@ cdef class Performer:
         return self.note_end(body)
 
     cdef str reason_of(self, str reason):
-        """Return why a take ends: also if nobody was seen, as every joint was missing, or at the origin, in all frames."""
+        """Return the reason for which a take ends, with a note if every joint was missing, or at the origin, in all frames."""
         if self.body().is_placed():
             return reason
         return f"{reason}, {NOBODY}" if reason else NOBODY
 
-    # What `at_once` does; in between nothing else happens.
+    # Steps for `at_once`.
 
     def end_take(self, str reason, /):
         """End the take."""
@@ -438,7 +438,7 @@ cdef class Performer:
         self.end_take_as(reason)
 
     def hand_over(self, list others, /):
-        """Let the pending events wait elsewhere, behind those that are there."""
+        """Append the pending events to another list."""
         others.extend(self.pending)
         self.pending.clear()
 
@@ -460,13 +460,13 @@ cdef class Performer:
             self.close(limb)
 
     def end_readers(self):
-        """Let readers end a take that goes on."""
+        """End the take of the readers alone."""
         cdef Reader reader
         for reader in self.readers:
             reader.end(self.body().row.clock.take, self.pending)
 
     def reset(self, str reason, /):
-        """End the take, and forget the running range and what is known of the noise, as for another person."""
+        """End the take, and forget the running range and the estimate of the noise, as for another person."""
         cdef Channel channel
         cdef Noise* noise
         self.end_take_as(self.reason_of("reset"))
@@ -505,7 +505,7 @@ cdef class Performer:
             channel.is_level_new = True
 
     def settle(self):
-        """Let a level that moved act, and limbs catch up."""
+        """Apply a level that moved, and let limbs catch up."""
         self.apply_level()
         self.catch_up()
 
@@ -515,10 +515,10 @@ cdef class Performer:
 
 
 def at_once(performers, steps, /):
-    """Do several things, none of which Ctrl-C or another thread comes between.
+    """Do several things that neither Ctrl-C nor another thread can interrupt.
 
     Args:
-        performers: Those that are worked on.
+        performers: Those that the steps change.
         steps: Tuples of a compiled function and its arguments.
 
     Raises:
@@ -591,7 +591,7 @@ def process_together(list performers, cnp.ndarray positions, cnp.ndarray times, 
             if stop == DONE:
                 break
             (<Performer>performers[k]).serve(stop, moments + k * count)
-        for k in range(many):  # who must be looked after, or whose take ends, is on its own from there
+        for k in range(many):  # a performer that needs its owner, or whose take ends, goes on alone
             performer = performers[k]
             begin = runs[k].processed
             if begin < count:
@@ -606,7 +606,7 @@ def process_together(list performers, cnp.ndarray positions, cnp.ndarray times, 
 
 
 cdef struct Begun:  # of one of many performers
-    Seat* seat  # NULL for one who must be looked after
+    Seat* seat  # NULL for one that needs its owner
     Room* room
     int64_t processed  # frames
 
@@ -614,7 +614,7 @@ cdef struct Begun:  # of one of many performers
 cdef int64_t _run_together(
     Begun* runs, int64_t* at, int64_t many, float* positions, double* times, int64_t count, int64_t joints
 ) noexcept nogil:
-    """Process frames of performers from `at` on; return DONE, or what that one needs; see `run_frames`."""
+    """Process frames of performers from `at` on; return DONE, or the reason for which that one stopped; see `run_frames`."""
     cdef Frames frames
     cdef int64_t stop
     frames.count, frames.joints = count, joints

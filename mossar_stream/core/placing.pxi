@@ -1,15 +1,15 @@
-"""Placing: where a performer is in a take, and positions relative to that.
+"""Placing: the place of a performer in a take, and positions relative to it.
 
-Kernels calculate in single precision, which 10 km from the origin is a millimetre. So a performer's place is taken off in
-double precision, before positions are narrowed: the multiple of `CELL` that is nearest to where the performer is first seen
-in a take. On a usual stage that is 0, and nothing need be done.
+Kernels calculate in single precision, which 10 km from the origin is a millimetre. A performer's place is therefore taken
+off in double precision before positions are narrowed. It is the multiple of `CELL` nearest to the first position in a take.
+On a usual stage that is 0, and positions stay as they are.
 """
 
 cdef double CELL = 16.0  # m; half of it from there, single precision is half a micrometre
 
 
 cdef inline bint is_far_off(Row* row) noexcept:
-    """Tell whether anything is taken off positions in this take."""
+    """Return whether anything is taken off positions in this take."""
     return row.joints.origin_x != 0.0 or row.joints.origin_y != 0.0 or row.joints.origin_z != 0.0
 
 
@@ -26,7 +26,7 @@ cdef void narrow_positions(cnp.ndarray positions, int64_t begin, int64_t count, 
     Args:
         positions: (…, 3) m, in single or double precision.
         begin: First number, a multiple of 3.
-        count: How many.
+        count: Their number.
         origin: (3,) m.
         narrowed: (count,) m, set.
     """
@@ -53,10 +53,10 @@ cdef cnp.ndarray less_origin(Row* row, cnp.ndarray positions, int64_t begin, int
 
 
 cdef int64_t settle_row(Row* row, cnp.ndarray positions, int64_t begin, int64_t count) noexcept:
-    """Find the performer's place in the take, in the frames from `begin` on; it is looked for again if nobody is seen at once.
+    """Find the performer's place in the frames from `begin` on; the search is repeated if the first frame has no joint.
 
     Returns:
-        How many frames to process then: those before anybody is seen, or all if somebody is seen in the first.
+        Number of frames to process then: those before the first visible joint, or all if the first frame has one.
     """
     cdef double origin[3]
     cdef int64_t first = find_place(positions, begin, count, row.plan.center, origin)
@@ -69,12 +69,12 @@ cdef int64_t settle_row(Row* row, cnp.ndarray positions, int64_t begin, int64_t 
 
 
 cdef int64_t find_place(cnp.ndarray positions, int64_t begin, int64_t count, int64_t center, double* origin) noexcept:
-    """Set what to take off positions, m, and return the first frame in which anybody is seen; `count` if there is none.
+    """Set the offset to take off positions, m, and return the first frame with a visible joint; `count` if there is none.
 
     Args:
         positions: (n, J, 3) m, in single or double precision.
-        begin: First frame that is looked at.
-        count: End of those that are.
+        begin: First frame to search.
+        count: End of these frames.
         center: Index of the root, -1 for the centroid.
         origin: (3,) m, set.
     """
@@ -90,7 +90,7 @@ cdef int64_t find_place(cnp.ndarray positions, int64_t begin, int64_t count, int
             if not is_position:
                 continue
             chosen = k if chosen < 0 or j == center else chosen
-            for axis in range(3):  # senders without anybody before them put all joints at the origin
+            for axis in range(3):  # some senders put all joints of an absent person at the origin
                 is_anybody = is_anybody or _number_at(positions, k + axis) != 0.0
         if is_anybody:
             for axis in range(3):
@@ -100,7 +100,7 @@ cdef int64_t find_place(cnp.ndarray positions, int64_t begin, int64_t count, int
 
 
 def placed(cnp.ndarray positions, int64_t center, /):
-    """Return positions in single precision, relative to where the performer is first seen, and that place.
+    """Return positions in single precision, relative to the performer's first place, and that place.
 
     Args:
         positions: (n, J, 3) m, in single or double precision, C-contiguous.

@@ -1,10 +1,10 @@
-"""Plan: sizes and settings of one performer, which do not change while frames come in; plan.py sets them."""
+"""Plan: sizes and settings of one performer, constant while frames come in; plan.py sets them."""
 
 cdef enum:
     SPARE_SLOTS = 6  # beside those of undecided key frames: a segment more, the one before, three of the open one, one to spare
     MORE_ROOM = 4  # undecided key frames for which a row grows
 
-cdef struct Plan:  # what does not change while frames come in, but for sizes of a row that grows
+cdef struct Plan:  # constant while frames come in, except the sizes of a row that grows
     # Sizes.
     int64_t joints
     int64_t padded_joints
@@ -56,10 +56,10 @@ cdef struct Plan:  # what does not change while frames come in, but for sizes of
     int64_t has_features
     int64_t is_mean
     int64_t repetitions  # whether they are counted here
-    int64_t ends_alone  # whether its takes end where nobody is seen; a limb's end with the body's
+    int64_t ends_alone  # whether its takes end when no joint is seen; a limb's end with the body's
     uint64_t details  # a bit for each of the first 64 joints that is not reported as active
-    int64_t adopts  # whether what is counted of the body is copied here
-    int64_t labels_late  # whether labels wait for what is counted
+    int64_t adopts  # whether the periods of the body are copied here
+    int64_t labels_late  # whether labels wait for counted repetitions
     int64_t offline  # keep every key frame until the take ends, and decide then
 
 

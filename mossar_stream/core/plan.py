@@ -42,7 +42,7 @@ ASSUMED_FPS = 256.0  # Hz, for the velocity ring where the rate is unknown; the 
 LONGEST_HISTORY = 30.0  # s
 # Minimum interval of processed frames, as a share of 1 / rate_limit: frames come with jitter.
 LEAST_INTERVAL = 0.8
-# What of a plan decides how a row is laid out, but for what it may outgrow.
+# Members of a plan that decide the layout of a row, except the sizes that it may outgrow.
 SIZES = (
     "joints", "slot", "capacity", "average_size", "filtered_joints", "history_size", "bouts", "offline", "has_features", "notes",
     "repetitions", "adopts",
@@ -51,7 +51,7 @@ FRAMES_OF_GAP = 1.5  # a step in time is no gap if it is shorter, at the nominal
 
 
 class Plan:
-    """How rows are laid out and filled in: follows from skeleton, settings and rate.
+    """Layout and constants of rows, from skeleton, settings and rate.
 
     Args:
         skeleton: Joints.
@@ -62,7 +62,7 @@ class Plan:
         offline: Whether every key frame is kept until the take ends.
         window: Key frames there is room for, if not the setting.
         room: Undecided key frames whose segments there are slots for; None for as many as a row begins with.
-        history: Poses kept, if not as many as the settings call for.
+        history: Number of kept poses, if not that of the settings.
         bouts: Bouts of movement kept, if not those of a stream.
 
     Attributes:
@@ -157,7 +157,7 @@ class Plan:
         return self.user_settings.strength(level)
 
     def continues(self, other: "Plan") -> bool:
-        """Tell whether a row of `other` can go on with this plan: the same curve, summaries and tempo."""
+        """Return whether a row of `other` can go on with this plan: the same curve, summaries and tempo."""
         mine, theirs = self.settings, other.settings
         return (
             all(self.record[name] == other.record[name] for name in SIZES)
@@ -273,5 +273,5 @@ def shared_plan(skeleton: Skeleton, settings: Settings, fps: float | None, chann
 
 
 def history_size(seconds: float) -> int:
-    """Return how many poses cover `seconds`, with the speed window before them."""
+    """Return the number of poses that cover `seconds` and the speed window before them."""
     return int((seconds + SPEED_WINDOW + 2 * SPACING) / SPACING) + 4

@@ -1,7 +1,7 @@
 """Pose history: poses of the last seconds, thinned to about 30 Hz.
 
-Speeds are taken over a tenth of a second, from these poses; and a key frame that moves to a likelier place takes
-the poses between with it. Poses are kept as 16-bit multiples of 1/8192 m relative to the centre.
+Speeds are measured from these poses over a tenth of a second. A key frame that moves to a likelier place takes the
+poses in between with it. Poses are kept as 16-bit multiples of 1/8192 m relative to the centre.
 """
 
 cdef double RATE = 30.0  # Hz
@@ -143,7 +143,7 @@ cdef inline double measure_speeds(
 
 
 cdef inline void _leave_out(Floats page) noexcept nogil:
-    """Let the log speed be 0 where no joint counts."""
+    """Set the log speed to 0 where no joint counts."""
     cdef int64_t j
     for j in range(PAGE):
         page.at[j + LOG_SPEED] *= page.at[j + LIVE]
@@ -158,7 +158,7 @@ cdef inline int64_t _past_place(PoseHistory* history, double time, int64_t newes
 
     Args:
         history: PoseHistory.
-        time: s, of the pose whose speeds are asked for.
+        time: s, of the pose whose speeds are wanted.
         newest: How many kept poses are later than this one; 0 on the live end.
     """
     cdef int64_t past, back
@@ -176,7 +176,7 @@ cdef inline int64_t _past_place(PoseHistory* history, double time, int64_t newes
 
 
 cdef inline float _rate(MarkSpan marks, int64_t past, double time) noexcept nogil:
-    """Return what turns a way since a kept pose into a speed, 1/s; 0 where there is none, of which `past` is -1."""
+    """Return the factor from a way since a kept pose to a speed, 1/s; 0 without such a pose, when `past` is -1."""
     cdef double span
     span = time - marks.at[past].time if past >= 0 else 0.0
     return <float>(1.0 / span if span > MARGIN else 0.0)
@@ -279,7 +279,7 @@ cdef void load_pose(PoseHistory* history, FloatRows pose, int64_t back) noexcept
 
 
 cdef void keep_all_along(PoseHistory* history, int64_t j) noexcept nogil:
-    """Let a joint have been where it is now in all poses that are kept."""
+    """Set a joint to its present place in all kept poses."""
     cdef int64_t k, axis, back
     cdef Shorts target
     k = place(j)

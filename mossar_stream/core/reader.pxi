@@ -1,4 +1,4 @@
-"""Reader: what follows the frames of a performer besides the segmentation of body and limbs, and makes events of its own."""
+"""Reader: a follower of a performer's frames, beside the segmentation, with events of its own."""
 
 
 cdef class Reader:
@@ -18,7 +18,7 @@ cdef class Reader:
     cdef public cnp.ndarray store
 
     cdef int report(self, int64_t take, double* origin, list pending) except -1:
-        """Add the events of the last frame to what is pending.
+        """Append the events of the last frame to the pending ones.
 
         Args:
             take: Number of the take that is open.
@@ -28,9 +28,9 @@ cdef class Reader:
         return 0
 
     cdef int end(self, int64_t take, list pending) except -1:
-        """Forget what is going on, as a take ends; `pending` gets the events that this brings."""
+        """Forget the state of a take as it ends; `pending` gets the events that this causes."""
         return 0
 
     cdef int afterwards(self) except -1:
-        """Call what the caller gave to be called. It may raise, so it comes when all else is done."""
+        """Call the caller's own function. It may raise, so it comes last."""
         return 0

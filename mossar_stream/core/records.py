@@ -19,7 +19,7 @@ NUMBER_TYPES = {
 
 
 def record_types(declared: str, sizes: dict[str, int]) -> dict[str, np.dtype[Any]]:
-    """Return the numpy types of structs, which lie in memory as C's rules of alignment say.
+    """Return the numpy types of structs, laid out by C's rules of alignment.
 
     Args:
         declared: A line for each struct, such as `Foot int64_t points[4]; float places[256][4][3]`; see build_core/sources.py.

@@ -20,8 +20,8 @@ The list is taken as k1 … kK without f and l (the printed bounds are off by on
 compares similarities σ, merge costs are compared here, the cheapest merge being that of the most similar segments; on
 ties the earliest key frame goes.
 
-The loop runs until the list is empty, and α and β choose from what it found, so that both can be moved with nothing
-computed again: the strength of a key frame is the cost of the merge that removes it, made monotone along the run. The
+The loop runs until the list is empty, and α and β choose from its result, so that both can change without another
+run: the strength of a key frame is the cost of the merge that removes it, made monotone along the run. The
 paper's K + 1 nested sets are `strength >= β`, or the last α key frames removed: see `is_kept`. The paper's form
 is in `tools/checks/reference/algorithms.py`.
 """
@@ -29,7 +29,7 @@ is in `tools/checks/reference/algorithms.py`.
 cdef enum:
     NO_NODE = -1
     UNKNOWN_BOUNDARY = -9  # identity of a boundary whose cost must not be remembered
-    BOUNDARY_BITS = 21  # of each: so many key frames later their numbers come again, and nothing is remembered so long
+    BOUNDARY_BITS = 21  # of each: their numbers repeat after so many key frames, and no cost is remembered so long
     BOUNDARY = (1 << BOUNDARY_BITS) - 1
     EMPTY = -1  # no key is negative
 cdef double DEAREST_MERGE = 1e+300  # no cost is above it, and none is NaN: those of key frames that are gone are inf
@@ -44,9 +44,9 @@ cdef struct MemoSpan:
     int64_t count
 
 
-cdef struct Remerging:  # What one run of Algorithm 3 works on, for K key frames.
+cdef struct Remerging:  # Data of one run of Algorithm 3, for K key frames.
     Measure* params  # of the similarity measure
-    DoubleRows segments  # (any, slot) summaries, closed; left alone
+    DoubleRows segments  # (any, slot) summaries, closed; unchanged
     MemoSpan memo  # MEMO, costs remembered from earlier runs; may be empty
     Ints places  # (K + 1,) which segments lie between the key frames; used up
     Ints bounds  # (K + 2,) identities of the boundaries: left end, key frames, right end
@@ -56,7 +56,7 @@ cdef struct Remerging:  # What one run of Algorithm 3 works on, for K key frames
     int64_t* before  # the key frame before each one, -1 for none,
     int64_t* after  # and the one after it, K for none
     int64_t* node  # the segment that ends at each key frame, and at the right end
-    int64_t* waiting  # of each segment the next one that is to be merged into it, not before its summary is needed
+    int64_t* waiting  # of each segment the next one to merge into it once its summary is needed
     int64_t* last_waiting  # and the last one of these
     Doubles costs  # (K,) scratch for the costs of the merges
     Doubles strengths  # (K,) set to the strength of each key frame
@@ -88,7 +88,7 @@ cdef void remerge(Remerging* run, int64_t count, double tempo) noexcept nogil:
 
 
 cdef inline bint is_kept(Key* key, int64_t count, int64_t alpha, double beta) noexcept nogil:
-    """Tell whether the loop would have ended before a key frame is removed (Algorithm 3, lines 4 and 15).
+    """Return whether the loop would have ended before a key frame is removed (Algorithm 3, lines 4 and 15).
 
     Args:
         key: With `place`, how many are removed before it, and `strength`.
@@ -129,7 +129,7 @@ cdef inline void _grow_tree(Remerging* run, int64_t count) noexcept nogil:
 
 
 cdef inline void _compare_again(Remerging* run, int64_t count, int64_t x) noexcept nogil:
-    """Let the tree know that the cost of a key frame has changed: as many steps as the tree is high."""
+    """Update the tree after the cost of a key frame has changed: as many steps as the tree is high."""
     cdef int64_t i = (x + count) // 2
     while i > 0:
         run.tree.at[i] = _cheaper(run, count, 2 * i)
@@ -147,7 +147,7 @@ cdef inline int64_t _cheaper(Remerging* run, int64_t count, int64_t child) noexc
 
 
 cdef inline void _remove(Remerging* run, int64_t count, int64_t x) noexcept nogil:
-    """Remove a key frame, let the segments beside it be one, and compute what merges with that cost."""
+    """Remove a key frame, merge the segments beside it, and compute the costs of merging the result."""
     cdef int64_t merged, left, right, a, b, later, earlier
     cdef Doubles costs
     cdef Ints bounds
@@ -176,7 +176,7 @@ cdef inline void _remove(Remerging* run, int64_t count, int64_t x) noexcept nogi
 
 
 cdef inline double _judged(Remerging* run, int64_t x, double cost) noexcept nogil:
-    """Return the cost of a merge as the label of its key frame leaves it; one that cannot be computed is `DEAREST_MERGE`."""
+    """Return the cost of a merge with the label of its key frame applied; one that cannot be computed is `DEAREST_MERGE`."""
     if not cost < DEAREST_MERGE:
         cost = DEAREST_MERGE
     if run.labels.at[x] == WITHIN:
@@ -218,9 +218,9 @@ cdef inline Doubles _summary_of(Remerging* run, int64_t own) noexcept nogil:
 
 
 cdef void _complete(Remerging* run, int64_t own) noexcept nogil:
-    """Merge what belongs to a node into it: not before it is needed, for most costs are remembered.
+    """Merge the waiting segments of a node into it, only when its summary is needed: most costs are remembered.
 
-    Many performers' segments together are more than any cache holds; those that are not looked at cost nothing.
+    Many performers' segments together exceed any cache; unused ones cost nothing.
     """
     cdef int64_t following, first, d
     cdef DoubleRows segments
@@ -261,7 +261,7 @@ cdef inline int64_t _memo_key(int64_t a, int64_t b, int64_t c) noexcept nogil:
 
 
 cdef inline bint is_known(MemoSpan memo, int64_t a, int64_t b, int64_t c) noexcept nogil:
-    """Tell whether the cost of merging the segments between three boundaries is remembered."""
+    """Return whether the cost of merging the segments between three boundaries is remembered."""
     if memo.count == 0:
         return False
     return memo.at[_memo_place(memo, a, b, c)].key == _memo_key(a, b, c)
@@ -282,7 +282,7 @@ cdef void remember(MemoSpan memo, int64_t a, int64_t b, int64_t c, double cost) 
 
 
 cdef void remerging_forget(MemoSpan memo, int64_t left) noexcept nogil:
-    """Forget what is remembered of segments that begin at a boundary."""
+    """Forget the costs of segments that begin at a boundary."""
     cdef int64_t i
     for i in range(memo.count):
         if memo.at[i].key >> 2 * BOUNDARY_BITS == left & BOUNDARY:

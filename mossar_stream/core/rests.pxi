@@ -2,15 +2,15 @@
 
 A rest is the time between two bouts of movement (activity.pxi) if it lasts `SHORTEST_REST`, of slow performers longer. The
 candidate of Algorithm 2 nearest to its begin, and the one nearest to its end, are key frames at every named level; those
-between them are not. What is decided before a rest has lasted so long stays so. With `tempo`, the only rest in each of the
-repetitions that are counted is a pause between two of them, and one key frame. Where the sensor's noise alone is as fast as a
-movement no rest is judged: what looks like a rest may be slow movement. With 5 mm of white noise that noise is 0.07 to
-0.18 m/s on the labelled sets, as recorded at most 0.052.
+between them are not. Decisions made before a rest has lasted so long stay. With `tempo`, the only rest in each counted
+repetition is a pause between two of them, and one key frame. Where the sensor's noise alone is as fast as a movement no rest
+is judged: a seeming rest may be slow movement. With 5 mm of white noise that noise is 0.07 to 0.18 m/s on the labelled sets,
+as recorded at most 0.052.
 """
 
 cdef double SHORTEST_REST = 0.6  # s; shorter rests are part of the movement
-# With `tempo` slow performers must rest for longer: so many seconds more for each second that τ is above this one. Those who
-# raise an arm in 0.8 s and hold it for 1 s have a τ of 0.5 s, those who exercise slowly and pause for as long 0.6 s and more.
+# With `tempo` slow performers must rest for longer: so many seconds more for each second of τ above this one. Raising an
+# arm in 0.8 s and holding it for 1 s gives a τ of 0.5 s; slow exercises with as long pauses give 0.6 s and more.
 cdef double REST_GROWS = 3.0
 cdef double REST_GROWS_FROM = 0.44  # s
 # Of the period; if the last rest began before that, there is one rest in each repetition: a pause between two of them.
@@ -63,14 +63,14 @@ cdef void label_rests(Window* w, int64_t count) noexcept nogil:
 
 
 cdef inline double _shortest_rest(Window* w) noexcept nogil:
-    """Return how long a rest must last, s."""
+    """Return the least duration of a rest, s."""
     if w.plan.own_time == 0:
         return SHORTEST_REST
     return SHORTEST_REST + REST_GROWS * max(0.0, w.scales.own_time - REST_GROWS_FROM)
 
 
 cdef bint _is_pause(Window* w, int64_t bout, double shortest) noexcept nogil:
-    """Tell whether the rest after a bout is the only one of a repetition that is counted."""
+    """Return whether the rest after a bout is the only one of a repetition that is counted."""
     cdef BoutSpan bouts = w.activity.bouts
     cdef double period, before
     if w.plan.own_time == 0 or bout < 0:
@@ -109,7 +109,7 @@ cdef (int64_t, int64_t) _keys_between(Window* w, int64_t count, double begin, do
 
 
 cdef int64_t _count_until(Doubles times, int64_t count, double time) noexcept nogil:
-    """Return how many of ascending times are at most this one, s."""
+    """Return the number of ascending times up to this one, s."""
     cdef int64_t low, high, middle
     low, high = 0, count
     while low < high:

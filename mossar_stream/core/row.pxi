@@ -1,8 +1,8 @@
-"""Row: where one performer's state lives.
+"""Row: the memory of one performer.
 
-Everything that is remembered of a body or a limb is one row of bytes: the records of all concepts (each declared beside
+The state of a body or a limb is one row of bytes: the records of all concepts (each declared beside
 the functions that write it), then arrays whose sizes follow from the joints and the settings. A snapshot is a copy of
-the row. Where the arrays begin stands in the record `at`, in bytes from the row's start. A row that needs more room moves
+the row. The record `at` has the places of the arrays, in bytes from the row's start. A row that needs more room moves
 into a larger one.
 """
 
@@ -10,7 +10,7 @@ cdef enum:
     CACHE_LINE = 64  # bytes
 
 
-cdef struct Places:  # where the arrays of a row begin, bytes from its start
+cdef struct Places:  # of a row's arrays, bytes from its start
     int64_t body  # positions and displacements of the joints, see joint_pages.pxi
     int64_t seen  # (padded_joints,) s, when each joint was last there; -inf if never
     int64_t tracked  # (padded_joints,) frames that bear out where each joint is, see joints.pxi
@@ -32,7 +32,7 @@ cdef struct Places:  # where the arrays of a row begin, bytes from its start
     int64_t counted  # (1,) of repetitions, if they are counted here
     int64_t periods  # (1,) of it, by which candidates are judged
     int64_t samples  # of them, see repetitions/state.pxi
-    int64_t adopted  # (1,) of a limb: what is counted of its body, by which its candidates are judged
+    int64_t adopted  # (1,) of a limb: the periods of its body, by which its candidates are judged
     int64_t end  # of the row
 
 
@@ -60,7 +60,7 @@ cdef struct Row:
 
 
 cdef void lay_out_row(Row* row) noexcept nogil:
-    """Set the sizes that follow from others, and where the arrays begin; nothing else of the row is read."""
+    """Set the sizes that follow from others, and the places of the arrays, without reading the rest of the row."""
     cdef Plan* plan = &row.plan
     cdef Places* at = &row.at
     cdef int64_t joints, places
@@ -92,7 +92,7 @@ cdef void lay_out_row(Row* row) noexcept nogil:
 
 
 cdef inline bint is_row_full(Row* row) noexcept nogil:
-    """Tell whether there is no room for one more undecided key frame, and the row must grow before the next frame."""
+    """Return whether there is no room for one more undecided key frame, and the row must grow before the next frame."""
     cdef Plan* plan = &row.plan
     if plan.offline == 1:
         return row.window.undecided >= plan.capacity
@@ -120,7 +120,7 @@ cdef void move_row(Row* old, Row* fresh) noexcept nogil:
     cdef int64_t i
     memcpy(&fresh.clock, &old.clock, <uint8_t*>&old.at - <uint8_t*>&old.clock)
     for i in range(<int64_t>(sizeof(Places) // sizeof(int64_t)) - 1):
-        # Where a cost is remembered follows from how many places there are.
+        # The place of a remembered cost depends on the number of places.
         if &before[i] != &old.at.memo or old.plan.memo_size == fresh.plan.memo_size:
             memcpy(<uint8_t*>fresh + after[i], <uint8_t*>old + before[i], before[i + 1] - before[i])
     if fresh.plan.ring != old.plan.ring:
@@ -160,7 +160,7 @@ cdef inline Activity activity_of(Row* row) noexcept nogil:
 
 
 cdef inline OpenSegment open_segment_of(Row* row, Measure* params) noexcept nogil:
-    """Return what came since the last key frame."""
+    """Return the open segment."""
     cdef uint8_t* begin = <uint8_t*>row
     cdef OpenSegment segment
     segment.plan = &row.plan
@@ -175,15 +175,15 @@ cdef inline OpenSegment open_segment_of(Row* row, Measure* params) noexcept nogi
 
 
 cdef inline Counting* counting_of(Row* row) noexcept nogil:
-    """Return what is counted here, if the plan says so; periods and samples follow."""
+    """Return the counter of repetitions, if the plan has one; periods and samples follow it."""
     return <Counting*>(<uint8_t*>row + row.at.counted)
 
 
 cdef inline Periods* periods_of(Row* row) noexcept nogil:
-    """Return the periods of what is counted here, if the plan says so."""
+    """Return the periods of the counted repetitions, if the plan has them."""
     return <Periods*>(<uint8_t*>row + row.at.periods)
 
 
 cdef inline Periods* adopted_of(Row* limb) noexcept nogil:
-    """Return those of a limb's body, if the plan says that they matter."""
+    """Return the periods of a limb's body, if the plan uses them."""
     return <Periods*>(<uint8_t*>limb + limb.at.adopted)

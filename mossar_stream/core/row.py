@@ -1,4 +1,4 @@
-"""Row: views of where all that is known of a body or a limb lies; row.pxi says how."""
+"""Row: views of the memory of a body or a limb; row.pxi describes its layout."""
 
 from typing import Any
 

@@ -1,25 +1,25 @@
-"""Run: the one loop. Frames of one performer or of many, for body and limbs and what reads the poses, in one compiled call.
+"""Run: the one loop. Frames of one performer or of many, for body, limbs and readers, in one compiled call.
 
     for each performer, for each frame:
         body      the frame step; after a frame in which something happened, the window step
         limbs     the same for each, if the body processed the frame
-        readers   who else follows the frames, each when it is due
-        phase     of the repeated movement, if it is asked for
+        readers   each when it is due
+        phase     of the repeated movement, if it is reported
 
-It stops where its owner (performer.pxi) must do something with Python objects, and goes on from there: `Seat` says where.
+It stops where its owner (performer.pxi) must do something with Python objects, and goes on from there: `Seat` has the place.
 """
 
 cdef enum:
-    BODY_FULL = 10  # why it stopped, besides what `advance` asks for: rows need room for more key frames,
+    BODY_FULL = 10  # reasons to stop, beside those of `advance`: rows need room for more key frames,
     EVENTS_FULL = 11  # the event buffer is full,
-    ANALYSED = 12  # somebody asks for what is counted,
+    ANALYSED = 12  # counts are to be collected,
     READ = 13  # a reader has events,
     PHASE = 14  # the phase is to be reported
     NO_ANALYSIS = 0  # in Part.heed
     CHANGES = 1
     ALL_ANALYSES = 2
 
-cdef double BACK = 0.5  # s; a frame that is due later by no more than this is not shown to a reader
+cdef double BACK = 0.5  # s; a reader does not see a frame this much before it is due, or less
 
 # Whether a frame causes events, 0 or 1, of: state and store of a reader, (J, 3) positions in m, the number of joints, and the
 # time in s.
@@ -33,7 +33,7 @@ cdef struct Part:  # the body, or a limb
     Measure* measure
     int64_t first  # of its joints among those of all limbs; -1 of the body
     int64_t heed  # which analyses of its repetitions are to stop the loop
-    int64_t is_taken  # whether the frame step took the last frame, and did not pass it over
+    int64_t is_taken  # whether the frame step processed the last frame
 
 
 cdef struct Follower:  # a reader
@@ -47,13 +47,13 @@ cdef struct Seat:  # one performer
     int64_t limbs
     Follower* followers
     int64_t readers
-    int64_t phase  # whether the phase of each frame is asked for
+    int64_t phase  # whether the phase of each frame is reported
     int64_t joints  # of all limbs together
     int64_t* order  # (joints,) which joint of the performer each is, negative for the middle
     float* positions  # (joints, 3) m, where each is in the frame that the body processed last
-    int64_t frame  # how many of the frames are processed,
-    int64_t stage  # and who is next with the frame: 0 the body, then limbs, readers, the phase
-    int64_t changed  # whether the last analysis of repetitions changed what is counted
+    int64_t frame  # number of processed frames,
+    int64_t stage  # and the next stage of the frame: 0 the body, then limbs, readers, the phase
+    int64_t changed  # whether the last analysis of repetitions changed the counts
 
 
 cdef struct Frames:  # of one performer
@@ -63,7 +63,7 @@ cdef struct Frames:  # of one performer
     int64_t joints
 
 
-cdef struct Room:  # what performers share, because they are worked on one after the other
+cdef struct Room:  # shared by performers, which take turns
     Bytes scratch
     Bytes store  # in which repetitions are analysed
     EventSpan events
@@ -74,8 +74,8 @@ cdef int64_t run_frames(Seat* seat, Room* room, Frames* frames) noexcept nogil:
     """Process the frames of one performer, from where the seat stands.
 
     Returns:
-        DONE; else what must be done before the loop goes on, at the stage at which the seat stands: TAKE_ENDS, RING_FULL,
-        BODY_FULL, EVENTS_FULL; ANALYSED, READ, PHASE: report what is counted, what a reader found, or the phase.
+        DONE; else the task of the owner before the loop goes on, at the stage of the seat: TAKE_ENDS, RING_FULL, BODY_FULL,
+        EVENTS_FULL; ANALYSED, READ, PHASE: report the counts, the events of a reader, or the phase.
     """
     cdef int64_t used, stop
     cdef float* positions
@@ -102,7 +102,7 @@ cdef int64_t run_frames(Seat* seat, Room* room, Frames* frames) noexcept nogil:
                 seat.stage += 1
                 continue
             seat.stage = 1
-            if seat.parts[0].row.clock.open == 0:  # a take begins with somebody
+            if seat.parts[0].row.clock.open == 0:  # a take begins with the first visible joint
                 seat.stage += seat.limbs + seat.readers
             elif seat.parts[0].is_taken == 0:
                 seat.stage += seat.limbs
@@ -120,7 +120,7 @@ cdef int64_t run_frames(Seat* seat, Room* room, Frames* frames) noexcept nogil:
 
 
 cdef int64_t _run_body(Seat* seat, Room* room, Frames* frames) noexcept nogil:
-    """Do the same for a performer of whom nothing but the body is asked for: as many frames at once as there are."""
+    """Process the frames of a performer without limbs and readers, all in one go."""
     cdef int64_t used, stop
     while seat.frame < frames.count:
         if _is_any_full(seat):
@@ -139,7 +139,7 @@ cdef int64_t _run_body(Seat* seat, Room* room, Frames* frames) noexcept nogil:
 
 
 cdef bint _is_any_full(Seat* seat) noexcept nogil:
-    """Tell whether body or limbs have no room for one more undecided key frame."""
+    """Return whether body or limbs have no room for one more undecided key frame."""
     cdef int64_t i
     for i in range(1 + seat.limbs):
         if is_row_full(seat.parts[i].row):
@@ -157,11 +157,11 @@ cdef int64_t _step(
         room: To work in.
         positions: (count, J, 3) m.
         times: (count,) s.
-        count: How many there are.
-        used: Set to how many were processed.
+        count: Their number.
+        used: Set to the number of processed frames.
 
     Returns:
-        What the caller must do; DONE if nothing need be done.
+        The task of the caller; DONE if there is none.
     """
     cdef Row* row = part.row
     cdef Clock* clock = &row.clock
@@ -194,7 +194,7 @@ cdef void _gather_limbs(Seat* seat, float* positions) noexcept nogil:
             put_middle(body, seat.positions + 3 * k)
     for i in range(1, 1 + seat.limbs):
         limb = seat.parts[i].row
-        if limb.clock.open == 1:  # frames that the body passed over are no pause
+        if limb.clock.open == 1:  # frames that the body skipped are no pause
             limb.clock.time = max(limb.clock.time, body.clock.time - 0.5 * limb.plan.max_pause)
         else:
             limb.clock.take = body.clock.take
@@ -202,7 +202,7 @@ cdef void _gather_limbs(Seat* seat, float* positions) noexcept nogil:
 
 
 cdef int64_t _step_limb(Seat* seat, Room* room, double* time) noexcept nogil:
-    """Process the frame of the limb that is next, which knows what is counted of its body by then."""
+    """Process the frame of the next limb, after copying the periods of its body."""
     cdef Part* limb = &seat.parts[seat.stage]
     cdef int64_t used
     adopt_periods(limb.row, seat.parts[0].row)
@@ -210,7 +210,7 @@ cdef int64_t _step_limb(Seat* seat, Room* room, double* time) noexcept nogil:
 
 
 cdef inline void adopt_periods(Row* limb, Row* body) noexcept nogil:
-    """Let a limb know what is counted of its body, if that matters and is new."""
+    """Copy the periods of the body to a limb, if the limb uses them and they are new."""
     cdef Periods* own
     cdef Periods* counted
     if limb.plan.adopts == 1 and body.plan.repetitions == 1:
@@ -220,13 +220,13 @@ cdef inline void adopt_periods(Row* limb, Row* body) noexcept nogil:
 
 
 cdef bint _analyse(Seat* seat, Part* part, Room* room, double time) noexcept nogil:
-    """Analyse what is repeated before a frame, and tell whether somebody asks for what that brought."""
+    """Analyse the repetitions before a frame, and return whether the counts are to be reported."""
     seat.changed = analyse_repetitions(<uint8_t*>counting_of(part.row), room.store.at, time)
     return part.heed == ALL_ANALYSES or (part.heed == CHANGES and seat.changed == 1)
 
 
 cdef bint _has_news(Follower* reader, float* positions, int64_t joints, double time) noexcept nogil:
-    """Show a frame to a reader if it is due, and tell whether it has events."""
+    """Show a frame to a reader if it is due, and return whether it has events."""
     cdef double due = (<double*>reader.state)[0]
     if due - BACK <= time < due:
         return False

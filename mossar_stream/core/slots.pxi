@@ -5,7 +5,7 @@ cdef struct Slots:
 
 
 cdef void start_slots(Slots* slots, Ints unused) noexcept nogil:
-    """Let all slots be unused."""
+    """Mark all slots as unused."""
     cdef int64_t i
     for i in range(unused.count):
         unused.at[i] = i

@@ -1,7 +1,7 @@
-"""Snapshot: everything a segmenter knows, as bytes.
+"""Snapshot: the state of a segmenter, as bytes.
 
 Magic, version, SHA-256 of the rest, then a msgpack map: settings, skeleton and rate, from which the layout of the
-row follows, and the row itself. No pickle; damaged bytes are refused before they are looked at.
+row follows, and the row itself. No pickle; damaged bytes are refused before they are decoded.
 """
 
 import hashlib
@@ -27,7 +27,7 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MAGIC = b"MOSSAR\x00"
-SNAPSHOT_VERSION = 33  # the next one whenever rows are laid out, or their numbers are meant, otherwise
+SNAPSHOT_VERSION = 33  # raised whenever the layout of rows, or the meaning of their numbers, changes
 HEADER_BYTES = len(MAGIC) + 1 + 32
 
 
@@ -62,7 +62,7 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         repetitions: State of their events, with the setting.
         limbs: A snapshot of each limb, in their order.
         steps: State of the feet; None if steps are not reported.
-        follow: Which moves are to be followed.
+        follow: Moves to follow.
         followed: Their state; None if none are.
         poses: State of held poses; None if none are recognised.
         numbers: Numbers of the last events.
@@ -224,7 +224,7 @@ def restored_following(
     Args:
         known: Of `unpack_snapshot`.
         recognition: The same.
-        follow: Which moves are followed from now on; None as before.
+        follow: Moves to follow from now on; None as before.
         plan: Of the row.
         performer: Name.
 

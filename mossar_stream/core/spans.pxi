@@ -1,4 +1,4 @@
-"""Spans: arrays as kernels see them: where the first number lies, and how many there are.
+"""Spans: arrays for kernels: the address of the first number, and the number of them.
 
 A span owns nothing; the memory is that of a performer, of an example, or of the scratch. Rows follow each other without gaps,
 so that number j of row i is `rows.at[i * rows.columns + j]`. A part never reaches beyond its span, like a slice in Python.

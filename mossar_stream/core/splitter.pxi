@@ -37,7 +37,7 @@ Three things the paper leaves open. V = θ counts as resting. A candidate is for
 text's "end of the process"; Table 1, last row). A plateau is one extremum, at its first frame: a run of equal values.
 
 Two things follow from the stream. sigThre is on the scale of V: θ · range, for a stream knows its range only so far.
-And whether a run was a minimum shows at the first value after it, so lines 12 to 14 come one value late.
+The first value after a run shows whether it was a minimum, so lines 12 to 14 come one value late.
 
 One thing is ours: early confirmation. When the curve has come back up to the Ceiling after a candidate, a local
 maximum at Ceiling must follow before anything else can happen to the candidate, so it is accepted at the first
@@ -46,7 +46,7 @@ confirmed whose maximum never came: it is withdrawn then. `tools/checks/referenc
 """
 
 cdef enum:
-    CROSSED = 1  # what can be found in a frame
+    CROSSED = 1  # flags of a frame
     ACCEPTED = 2
     PROMOTED = 4
     REPLACED = 8
@@ -119,17 +119,17 @@ cdef inline int64_t follow_curve(
     """Algorithm 2, lines 8 to 19, for the next frame.
 
     Args:
-        curve: CURVE; what happened is noted in `curve.found`.
+        curve: CURVE; `curve.found` is set.
         value: V[t], on the scale of `scale`.
         sig_threshold: θ on that scale.
-        scale: What 1 is on that scale.
+        scale: Value of 1 on that scale.
         frame: t, number of the frame.
         time: s.
 
     Returns:
         A sum of PROMOTED (the run before this frame is now the candidate), REPLACED (and there was one before),
         CONFIRMED (the candidate is a key frame), CROSSED (this frame is a key frame), WITHDRAWN (and the
-        candidate is not). A candidate that is confirmed or withdrawn is left to be forgotten by `forget_candidate`.
+        candidate is not). The caller forgets a confirmed or withdrawn candidate with `forget_candidate`.
     """
     cdef double ceiling
     cdef int64_t happened, moving
@@ -165,7 +165,7 @@ cdef inline void forget_candidate(Curve* curve) noexcept nogil:
 
 
 cdef int64_t _test_minimum(Curve* curve, double value) noexcept nogil:
-    """Algorithm 2, lines 12 to 14: let the run that ends be the candidate if it is a significant minimum."""
+    """Algorithm 2, lines 12 to 14: make the run that ends the candidate if it is a significant minimum."""
     cdef int64_t happened
     cdef FoundInFrame* found
     if curve.at_floor == 0 or curve.falling == 0 or not value > curve.value:

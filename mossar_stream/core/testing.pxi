@@ -1,4 +1,4 @@
-"""What tests, oracles and stopwatches call: kernels one by one, and the constants that only they need.
+"""Functions for tests, oracles and stopwatches: single kernels, and the constants that only they need.
 
 Arrays are numpy's, C-contiguous and of the types that the kernels name. Nothing is checked.
 """
@@ -134,7 +134,7 @@ def swing_range_of(cnp.ndarray scores, cnp.ndarray counts, /):
 
 
 def step_body(Performer performer, cnp.ndarray positions, cnp.ndarray times, /):
-    """Process frames of a body until something happens; return what, and how many were processed.
+    """Process frames of a body until one causes something; return the stop code, and the number of processed frames.
 
     Args:
         performer: Whose body it is.
@@ -150,7 +150,7 @@ def step_body(Performer performer, cnp.ndarray positions, cnp.ndarray times, /):
 
 
 def step_events(Performer performer, /):
-    """Do what follows from a frame in which something happened; the events lie in the buffer."""
+    """Run the window step after a frame that caused something; the events lie in the buffer."""
     cdef Part* body = performer.seat.parts
     cdef Room* room = &performer.workspace.room
     room.events.performer = 0
@@ -158,12 +158,12 @@ def step_events(Performer performer, /):
 
 
 def hand_out_events(Performer performer, /):
-    """Let the events that lie in the buffer wait at the performer."""
+    """Move the events of the buffer to the performer's pending ones."""
     performer.workspace.hand_out([performer])
 
 
 def analyse_body(Performer performer, double time, /):
-    """Analyse what is repeated, as is due before a time, s."""
+    """Analyse the repetitions that are due before a time, s."""
     analyse_repetitions(<uint8_t*>counting_of(performer.body().row), performer.workspace.room.store.at, time)
 
 
@@ -224,7 +224,7 @@ cdef inline int64_t _split_frame(
 
 
 def follow_speeds_alone(cnp.ndarray row, cnp.ndarray bouts, cnp.ndarray speeds, cnp.ndarray times, /):
-    """Let the activity follow speeds, and return how often it changed.
+    """Feed speeds to the activity, and return how often it changed.
 
     Args:
         row: Bytes of the performer.
@@ -251,7 +251,7 @@ def follow_speeds_alone(cnp.ndarray row, cnp.ndarray bouts, cnp.ndarray speeds, 
     return own.state.number
 
 
-# What tests compare with, and what the oracles in plain Python weigh with; `kernels` offers them by name.
+# Constants for tests and for the oracles in plain Python; `kernels` offers them by name.
 TESTED_CONSTANTS = {
     "ANALYSIS_DUE": ANALYSIS_DUE,
     "ANALYSIS_INTERVAL": ANALYSIS_INTERVAL,

@@ -1,7 +1,7 @@
-"""Validation: whether a row that comes from outside can be worked on.
+"""Validation of rows from outside.
 
-Compiled code does not check its indices. A row from a snapshot is therefore looked through before any kernel sees
-it: whatever is used as an index must point into the row. Numbers that are only calculated with may be anything.
+Compiled code does not check its indices. A row from a snapshot is therefore checked before any kernel sees it: every
+index must point into the row. Other numbers may have any value.
 """
 
 import numpy as np
@@ -14,12 +14,12 @@ from mossar_stream.repetitions.preparing import is_sound as counting_is_sound
 from mossar_stream.repetitions.preparing import prepare
 from mossar_stream.similarity import protocol as similarity
 
-FARTHEST_ORIGIN = 1e9  # m, that somebody may be from the origin
+FARTHEST_ORIGIN = 1e9  # m, largest distance of a performer from the origin
 MOST_UNLABELLED = 100_000  # candidates without a label
 
 
 def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
-    """Tell whether all indices in a row point into it.
+    """Return whether all indices in a row point into it.
 
     Args:
         row: Bytes of the row, as long as the plan says, prepared.
@@ -78,7 +78,7 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
 
 
 def _slots_are_shared_out(row: NDArray[np.uint8], plan: Plan) -> bool:
-    """Tell whether every slot is used once or free, and holds a summary."""
+    """Return whether every slot is used once or free, and holds a summary."""
     state = records(row)
     sizes = state["plan"]
     window, segment, unused_count = (
@@ -100,7 +100,7 @@ def _slots_are_shared_out(row: NDArray[np.uint8], plan: Plan) -> bool:
 
 
 def _keys_follow_each_other(row: NDArray[np.uint8]) -> bool:
-    """Tell whether the undecided key frames are numbered through and refer to one another."""
+    """Return whether the undecided key frames are numbered through and refer to one another."""
     window = records(row)["window"]
     count, left = int(window["undecided"]), int(window["left_ordinal"])
     keys = region(row, "keys")[:count]

@@ -35,7 +35,7 @@ cdef void start_velocity(Velocity* velocity, Average* average) noexcept nogil:
 
 
 cdef inline bint ring_is_full(Velocity* velocity, Doubles ring_time, double time, double window) noexcept nogil:
-    """Tell whether the window, s, holds more displacements than the ring has places."""
+    """Return whether the window, s, holds more displacements than the ring has places."""
     if velocity.filled < ring_time.count:
         return False
     return time - ring_time.at[_oldest(velocity, ring_time.count)] < window - TIME_ROUNDING
@@ -102,7 +102,7 @@ cdef void unroll_velocity(
 
 
 cdef double moving_average(Average* average, Ints values, double velocity) noexcept nogil:
-    """Return the mean of the last velocities, as many as there are places, fewer at the start (wSize).
+    """Return the mean of the last wSize velocities, of fewer at the start.
 
     Args:
         average: AVERAGE.

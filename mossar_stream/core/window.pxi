@@ -8,12 +8,12 @@ When a key frame is confirmed the hierarchy of the window is brought up to date.
 right segment is closed. The oldest is decided for good when more than W are undecided or it is older than
 `remerge_seconds`: final if it stands at the level, merged if not. Where its strength lies near the level, or the one
 before it was just decided, the window is ranked again first, the newest key frame and the open segment included.
-What it costs is bounded by W and the number of joints, whatever the length of the stream.
+W and the number of joints bound the cost, whatever the length of the stream.
 """
 
 cdef enum:
     NOT_KEPT = -2  # in KEY.before
-    BEFORE_WINDOW = -3  # identity of where the segment before the window begins
+    BEFORE_WINDOW = -3  # identity of the begin of the segment before the window
     OWN = 0  # rows of the scratch's summaries, before the nodes
     PREVIOUS = 1
     BOTH = 2
@@ -25,15 +25,15 @@ cdef enum:
 cdef struct WindowState:
     int64_t undecided  # key frames in the window
     int64_t ordinal  # of the next key frame; they are counted through a take
-    int64_t ranked  # whether the strengths are those of the window as it is
-    int64_t left_frame  # where the window's first segment starts: the last final key frame
+    int64_t ranked  # whether the strengths are those of the present window
+    int64_t left_frame  # start of the window's first segment: the last final key frame
     int64_t left_id  # Algorithm 2's frame of it
     double left_time  # s
     int64_t left_ordinal
     int64_t has_before  # whether there is a segment before the window
     int64_t before  # slot of it
     double due_time  # s, when the oldest key frame must be decided; inf if there is none
-    double pace  # what costs were divided by at the last ranking: tempo, and share of the joints that count
+    double pace  # divisor of the costs at the last ranking: tempo, and share of the joints that count
 
 
 cdef struct Key:
@@ -181,7 +181,7 @@ cdef void report_kept(Window* w, int64_t count) noexcept nogil:
 
 
 cdef inline Point point_of(Key* key, int64_t frame, double time, double strength) noexcept nogil:
-    """Return an undecided key frame as messages tell of it, with where it is now and its strength."""
+    """Return an undecided key frame for a message, with its present place and its strength."""
     return Point(key.kind, key.frame, frame, time, key.velocity, strength)
 
 
@@ -222,7 +222,7 @@ cdef void rank(Window* w, int64_t open_slot) noexcept nogil:
 
 
 cdef void relabel(Window* w) noexcept nogil:
-    """Keep every undecided key frame or not at the level as it is now, and say what changed."""
+    """Apply the present level to every undecided key frame, and report the changes."""
     cdef Plan* plan
     cdef int64_t i, kept, status
     cdef Key* key
@@ -278,7 +278,7 @@ cdef void span(Window* w, int64_t begin, int64_t end, int64_t open_slot, int64_t
 
 
 cdef inline void _window_join(Window* w, int64_t begin, int64_t end, int64_t open_slot, Doubles own) noexcept nogil:
-    """Do the same for any summary, but leave it open; a short one gets only as much, of what all measures add."""
+    """Do the same for any summary, but leave it open; a short one gets only the fields that all measures have."""
     cdef int64_t slot, d, i, undecided, size
     undecided, size = w.state.undecided, own.count
     slot = w.order.at[begin] if begin < undecided else open_slot
@@ -328,7 +328,7 @@ cdef void put_segment(Window* w, int64_t start, int64_t end, int64_t status) noe
         before = 0 if earlier in (NOT_KEPT, state.left_ordinal) else earlier - first + 1
         left = state.left_ordinal if before == 0 else earlier
     has_previous = not from_left or state.has_before == 1
-    # Where the cost is remembered, what is reported needs no more than the heads of the summaries.
+    # With a remembered cost, the message needs only the heads of the summaries.
     size = PATH + plan.padded_joints if is_known(w.memo, left, start, right) else plan.slot
     _window_join(w, begin, end, NO_SLOT, part_of_doubles(row_of_doubles(summaries, OWN), 0, size))
     if not from_left:

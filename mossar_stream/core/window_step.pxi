@@ -1,11 +1,11 @@
-"""Window step: what follows from a frame in which something happened.
+"""Window step: the work after a frame in which the splitter found something.
 
-The frame step stops after such a frame; this compiled call then says what the splitter found, brings the window up to
-date and decides what is due. Few frames come here, and it is compiled apart from what every frame goes through.
+The frame step stops after such a frame; this compiled call then reports the finding, updates the window and decides the
+key frames that are due. Few frames come here, and it is compiled apart from the work on every frame.
 """
 
 cdef enum:
-    FOLLOW = 0  # why `step_window` is called
+    FOLLOW = 0  # reasons to call `step_window`
     LEVEL = 1
     END = 2
     RANK = 3
@@ -19,12 +19,12 @@ cdef double LOG_REST_SPEED = -2.3025851249694824  # log speed of a joint at rest
 
 
 cdef void step_window(Row* state, Measure* params, Bytes scratch, EventSpan events, int64_t reason) noexcept nogil:
-    """Carry out what follows from the last frame.
+    """Update the window after the last frame.
 
     Args:
         state: The performer's.
         params: Of the similarity measure.
-        scratch: As many bytes as `scratch_size` says.
+        scratch: `scratch_size` bytes.
         events: The event buffer, with room for `most_events`.
         reason: FOLLOW after a frame at which the frame step stopped, LEVEL after the level moved, END to end the
             take: RANK to close its last segment and rank all key frames, then DECIDE.
@@ -58,7 +58,7 @@ cdef void step_window(Row* state, Measure* params, Bytes scratch, EventSpan even
 
 
 cdef inline Window _window_of(Row* row, Measure* params, Bytes scratch, EventSpan events) noexcept nogil:
-    """Return where everything lies in a row, the scratch and the event buffer, as the plan and `scratch_size` say."""
+    """Return the places of all arrays in a row, the scratch and the event buffer, by the plan and `scratch_size`."""
     cdef uint8_t* begin = <uint8_t*>row
     cdef Plan* plan = &row.plan
     cdef Places* at = &row.at
@@ -98,7 +98,7 @@ cdef int64_t scratch_size(Plan* plan) noexcept nogil:
 
 
 cdef inline Scratch _scratch_of(Plan* plan, Bytes memory) noexcept nogil:
-    """Return where the arrays to work in lie in the bytes of a scratch of `scratch_size`."""
+    """Return the places of the arrays in the bytes of a scratch of `scratch_size`."""
     cdef int64_t rows = plan.capacity + SPARE_SUMMARIES
     cdef int64_t places = plan.capacity + 4
     cdef float* pose = <float*>(memory.at + 8 * rows * plan.slot)
@@ -119,7 +119,7 @@ cdef inline Scratch _scratch_of(Plan* plan, Bytes memory) noexcept nogil:
 
 
 cdef inline void _say_what_was_found(Window* w, OpenSegment* segment, Row* state) noexcept nogil:
-    """Say what the splitter found, and add the key frame if there is one."""
+    """Report the finding of the splitter, and add the key frame if there is one."""
     cdef Curve* curve
     cdef int64_t happened, slot, kind, frame
     cdef FoundInFrame* found
@@ -226,9 +226,9 @@ cdef inline void _decide_what_is_due(Window* w, OpenSegment* segment, Curve* cur
 
 
 cdef inline bint _is_clear(Window* w) noexcept nogil:
-    """Tell whether what came after the newest key frame hardly changes the decision on the oldest one."""
+    """Return whether the frames after the newest key frame hardly change the decision on the oldest one."""
     cdef double strength, beta
-    if w.plan.has_features == 1 or w.plan.rests == 1:  # which changes with what follows
+    if w.plan.has_features == 1 or w.plan.rests == 1:  # which changes with later frames
         return False
     strength, beta = w.keys.at[0].strength, w.plan.beta
     return w.state.ranked == 1 and (strength >= CLEAR * beta or CLEAR * strength <= beta)

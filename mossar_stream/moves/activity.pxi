@@ -1,6 +1,6 @@
-"""Where moves may begin: onsets and significant minima of the recogniser's own speed.
+"""Possible begins of moves: onsets and significant minima of the recogniser's own speed.
 
-The body's key frames depend on settings that users change; what is recognised must not. So the recogniser
+The body's key frames depend on settings that users change; recognition must not. The recogniser therefore
 follows a speed of its own (mean over the joints, m/s), in the manner of Algorithm 2: an onset where it rises
 above a share of its range, a minimum where it has fallen and risen by a significant share.
 """
@@ -10,7 +10,7 @@ cdef enum:
     LOOK_BACK = 15  # poses: so far before an onset a move may have begun
 cdef double AVERAGED = 0.12  # s, of speed
 cdef double ONSET = 0.12  # of the range: faster is moving
-cdef double SIGNIFICANT = 0.06  # of the range: what a minimum must be lower than its surroundings
+cdef double SIGNIFICANT = 0.06  # of the range: depth of a minimum below its surroundings
 cdef double HALF_LIFE = 20.0  # s, of the range
 cdef double LEAST_RANGE = 0.3  # m/s
 
@@ -21,7 +21,7 @@ cdef struct MoveActivity:
     int64_t rising  # whether a maximum is looked for, else a minimum
     double top  # m/s, largest speed since the last minimum
     double low  # m/s, least speed since the last maximum
-    int64_t low_pose  # when that was
+    int64_t low_pose  # pose of it
     int64_t starts[4]  # STARTS, numbers of poses where moves may have begun, the latest first; -1 for none
 
 
@@ -40,7 +40,7 @@ cdef void start_move_activity(MoveActivity* activity) noexcept nogil:
 
 
 cdef void follow_move_activity(MoveActivity* activity, Track* track) noexcept nogil:
-    """Take in the speed at the last pose, before which there is another one since the last gap."""
+    """Process the speed at the last pose; the pose before it comes after the last gap, too."""
     cdef double seconds, speed
     cdef int64_t pose, moving
     pose = track.poses - 1
@@ -72,7 +72,7 @@ cdef inline double mean_speed(Track* track, int64_t pose) noexcept nogil:
 
 
 cdef inline int64_t _rise(Track* track, int64_t pose) noexcept nogil:
-    """Return where the rise began that led above the threshold."""
+    """Return the pose at which the rise above the threshold began."""
     cdef double last, before
     cdef int64_t here
     here = pose

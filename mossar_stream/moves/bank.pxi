@@ -31,7 +31,7 @@ cdef void compare_move_with_all(
         store: Of the examples.
         poses: (n, D) m of the example.
         path: (n,) m, length of the path up to each pose.
-        costs: (T,) gets what it costs to take the example for each.
+        costs: (T,) gets the cost of taking the example for each.
         postures: (T,) gets the cosine of the two mean postures.
     """
     cdef MoveBank bank

@@ -100,7 +100,7 @@ def path_of(poses: NDArray[np.float32]) -> NDArray[np.float64]:
 
 
 def _limbs_of(places: Sequence[Pair], streamed: Skeleton) -> list[int]:
-    """Return for each joint of the examples which limb of the stream it belongs to, -1 for none."""
+    """Return the limb of the stream for each joint of the examples, -1 for none."""
     limbs = list(limbs_of(streamed).values())
     return [
         next((i for i, joints in enumerate(limbs) if place.one in joints and k > 0), -1)

@@ -14,14 +14,14 @@ from mossar_stream.moves.trimming import part_to_follow
 MAX_FRAMES = 128  # of the movement that an example keeps
 MOST_SHOWN = 300  # frames that an example keeps of the whole: 10 s at 30 Hz, longer ones coarser
 SHOWN_RATE = 30.0  # Hz, highest rate of the whole
-LONGEST_TAKEN = 100_000  # frames that are looked at
+LONGEST_TAKEN = 100_000  # frames of a recording that are read
 LEAST_FRAMES = 8
 MAX_DISTANCE = 1000.0  # m from the origin
 LEAST_SPEED = 0.015  # m/s, mean over the joints at the peak: slower is no movement
 PAUSE = 0.5  # s, of rest that a move may have inside
 UNIT = 1e-4  # m, to which positions are rounded
 MAX_MOVE_NAME = 64
-NUMBERS = (float, int, np.floating, np.integer)  # what a rate may be
+NUMBERS = (float, int, np.floating, np.integer)  # types of a rate
 
 Coordinate = Annotated[int, msgspec.Meta(ge=-round(MAX_DISTANCE / UNIT), le=round(MAX_DISTANCE / UNIT))]
 
@@ -49,7 +49,7 @@ class Example(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
         return (np.array(self.positions, np.float64) * UNIT).astype(np.float32).reshape(-1, joints, 3)
 
     def seconds(self, joints: int) -> float:
-        """Return how long the movement takes, s."""
+        """Return the duration of the movement, s."""
         return (len(self.positions) // (3 * joints) - 1) / self.fps
 
     def shown(self, joints: int) -> tuple[NDArray[np.float32], float]:

@@ -1,4 +1,4 @@
-"""Face of recognised moves: what Python calls, and where it finds the parts of a store and of a memory.
+"""Face of recognised moves: functions for Python, and the places of the parts of a store and of a memory.
 
 A part is described by its offset in bytes, the name of its record or number type, and its shape.
 """
@@ -15,7 +15,7 @@ CONSTANTS.update({
 
 
 def move_numbers(int64_t joints, /):
-    """Return how many numbers a pose of so many joints takes: three for each, padded."""
+    """Return the number of coordinates of a pose with so many joints: three for each, padded."""
     return padded_to_factors(3 * joints)
 
 

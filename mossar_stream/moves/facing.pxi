@@ -1,9 +1,9 @@
-"""Facing: which way a body is turned about the vertical (y), by its hips and shoulders.
+"""Facing: the turn of a body about the vertical (y), by its hips and shoulders.
 
 The girdles and the trunk span a frame of the body: left is from the right hips and shoulders to the left
-ones, up is from the hips to the shoulders, forward is what both span. The facing is the twist of that frame
-about the vertical. A body that bows, ducks or does a cartwheel keeps it, which the line of the hips alone
-does not: it turns over in a cartwheel. A twist is undefined only for a body upside down; the vector shrinks
+ones, up is from the hips to the shoulders, forward is at right angles to both. The facing is the twist of that
+frame about the vertical. A body that bows, ducks or does a cartwheel keeps it; the line of the hips alone turns
+over in a cartwheel. A twist is undefined only for a body upside down; the vector shrinks
 towards it, so that sums over time remain sound.
 """
 
@@ -76,7 +76,7 @@ cdef inline (float, float, float) _unit(float x, float y, float z) noexcept nogi
 
 
 cdef inline void smooth_facing(double* held, float x, float z, double seconds) noexcept nogil:
-    """Let a facing follow that of one more pose, with the time constant `SETTLING`.
+    """Update a smoothed facing with that of one more pose; the time constant is `SETTLING`.
 
     Args:
         held: x and z of the smoothed facing; zeros before the first pose.
@@ -114,7 +114,7 @@ cdef inline (double, double) heading_in_floats(float x, float z) noexcept nogil:
 
 
 cdef inline (double, double) turned_back(double x, double z, double cosine, double sine) noexcept nogil:
-    """Return where a point (x, z) would be if the body faced +z.
+    """Return a point (x, z) turned as if the body faced +z.
 
     Args:
         x: Of a point or a direction.

@@ -1,4 +1,4 @@
-"""Facing: the joints that say which way a body is turned; the kernels are in `facing.pxi`."""
+"""Facing: the joints that show the facing of a body; the kernels are in `facing.pxi`."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ GIRDLES = ("left_hip", "right_hip", "left_shoulder", "right_shoulder")
 
 
 def girdles_of(skeleton: Skeleton) -> NDArray[np.int64]:
-    """Return where the joints of `GIRDLES` are in a skeleton, (4,); -1 where it has none of that name.
+    """Return the indices of the joints of `GIRDLES` in a skeleton, (4,); -1 where it has none of that name.
 
     Example:
         >>> girdles_of(Skeleton(("hips", "LeftHip", "RightHip", "neck")))

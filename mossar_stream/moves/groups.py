@@ -1,4 +1,4 @@
-"""Groups: which joints make a limb, and where it hangs."""
+"""Groups: the joints of each limb, and the joint that it hangs on."""
 
 import functools
 from collections.abc import Sequence
@@ -22,8 +22,8 @@ class Limb(NamedTuple):
 
     Args:
         name: The channel of its events.
-        joints: Of the performer, where it hangs first (or `MEAN`).
-        skeleton: The same joints as a skeleton of their own, rooted where it hangs.
+        joints: Of the performer; first the one that it hangs on (or `MEAN`).
+        skeleton: The same joints as a skeleton of their own, rooted in the first one.
     """
 
     name: str
@@ -60,7 +60,7 @@ def _groups(skeleton: Skeleton, wanted: bool | str) -> tuple[Limb, ...]:
 
 
 def _can_move(limb: Limb, skeleton: Skeleton) -> bool:
-    """Tell whether a joint of a limb can move against where the limb hangs: a single joint is its own mean."""
+    """Return whether a joint of a limb can move against the limb's root; a single joint is its own mean."""
     return len(limb.joints) > 1 and len(skeleton) > 1
 
 
@@ -107,7 +107,7 @@ def positions_of(
     """Return the joints of a limb.
 
     Args:
-        limb: Which.
+        limb: The limb.
         frames: (n, J, 3) m, of the performer.
         middles: (n, 3) m, the mean of the performer's joints in each frame, for a limb that hangs on it.
 
@@ -121,7 +121,7 @@ def positions_of(
 
 
 def limbs_by_joint(limbs: Sequence[Limb]) -> dict[str, str]:
-    """Return the limb of each joint's name; where a limb hangs belongs to none."""
+    """Return the limb of each joint's name; the joint that a limb hangs on belongs to none."""
     return {name: limb.name for limb in limbs for name in limb.skeleton.names[1:]}
 
 

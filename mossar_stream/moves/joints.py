@@ -1,7 +1,7 @@
 """Joints by name: the same joint of another joint set, so that examples of one serve streams of another.
 
 A joint that a set lacks may lie in the middle of two that it has, as the centre of the hips does in pose estimators.
-Joints that say little of a move (spine, neck, hands beside wrists, feet beside ankles) may be missing; others may not.
+Joints that matter little to a move (spine, neck, hands beside wrists, feet beside ankles) may be missing; others may not.
 """
 
 import re
@@ -28,7 +28,7 @@ CENTRE = "hips"
 MEAN = -1  # in place of a joint: the mean of all
 
 
-# Pose estimators have many joints in faces and hands, which shake more than they say: the wrist stands for its fingers.
+# Pose estimators have many joints in faces and hands, with more noise than information: the wrist stands for its fingers.
 _DETAIL = re.compile(
     r".*(pinky|thumb|finger|handtip|index).*|(left|right|l|r)?(eye|ear|mouth|nose)(inner|outer|left|right)?"
 )
@@ -59,12 +59,12 @@ class Pair(NamedTuple):
 
 
 def known_joints(skeleton: Skeleton) -> dict[str, int]:
-    """Return which joints of a skeleton are known by name: slots such as "left_wrist" to indices."""
+    """Return the joints of a skeleton that are known by name: slots such as "left_wrist" to indices."""
     return {slot: joint for slot, joint in find_joints(skeleton.names).items() if slot in _SLOTS}
 
 
 def joint_places(skeleton: Skeleton) -> dict[str, tuple[int, int]]:
-    """Return where the joints are that are known by name, in any joint set.
+    """Return the places of the joints that are known by name, in any joint set.
 
     Args:
         skeleton: With names of any of the usual conventions.

@@ -1,4 +1,4 @@
-"""Limbs: which joints belong together, by the names of known joint sets or else by the hierarchy."""
+"""Limbs: groups of joints, by the names of known joint sets or else by the hierarchy."""
 
 from mossar_stream.events import BODY
 from mossar_stream.moves.joints import ENOUGH_NAMES, known_joints
@@ -15,9 +15,9 @@ _PARTS = {"shoulder": "arm", "elbow": "arm", "wrist": "arm", "hand": "arm"} | di
 def limbs_of(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
     """Return the joints of each limb of a skeleton.
 
-    Trunk with head, left and right arm, left and right leg where the joints are known by name. Otherwise the hierarchy decides:
-    what hangs on the root are limbs, called like their first joint ("body_limb" for `body`, the channel of the body). A
-    stem that limbs hang on, as a spine with arms, is the trunk.
+    Known names give the trunk with the head, left and right arm, left and right leg. Otherwise the hierarchy decides: the
+    branches from the root are limbs, called like their first joint ("body_limb" for `body`, the channel of the body). A
+    stem with limbs on it, such as a spine with arms, is the trunk.
 
     Args:
         skeleton: Of the performer.
@@ -53,7 +53,7 @@ def limb_of_slot(slot: str) -> str:
 
 def _named(skeleton: Skeleton, known: dict[str, int]) -> dict[str, tuple[int, ...]]:
     limb = {joint: limb_of_slot(slot) for slot, joint in known.items()}
-    for joint in range(len(skeleton)):  # thumbs and toes go with what they hang on
+    for joint in range(len(skeleton)):  # thumbs and toes go with the joint that they hang on
         ancestor = joint
         while ancestor >= 0 and ancestor not in limb:
             ancestor = skeleton.parents[ancestor]
@@ -88,7 +88,7 @@ def _by_hierarchy(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
 
 
 def _shapes(children: list[list[int]]) -> tuple[list[int], list[int]]:
-    """Return a number for the shape of the joints below each joint, and how many joints one below the other it has."""
+    """Return a number for the shape of the joints below each joint, and the length of the longest chain of joints there."""
     hanging = {child for own in children for child in own}
     order = [joint for joint in range(len(children)) if joint not in hanging]
     for joint in order:  # grows while it is read
@@ -103,7 +103,7 @@ def _shapes(children: list[list[int]]) -> tuple[list[int], list[int]]:
 
 
 def _stem(joint: int, children: list[list[int]], depths: list[int]) -> list[int]:
-    """Return the joints from one up to where limbs of several joints branch off; none where that is no stem."""
+    """Return the joints from one up to the branch of limbs of several joints; none if that is no stem."""
     stem = [joint]
     while len(children[stem[-1]]) == 1:
         stem.append(children[stem[-1]][0])
@@ -112,7 +112,7 @@ def _stem(joint: int, children: list[list[int]], depths: list[int]) -> list[int]
 
 
 def _below(skeleton: Skeleton, tops: list[int]) -> dict[int, tuple[int, ...]]:
-    """Return each of some joints, none of which hangs on another, with all that hangs on it."""
+    """Return each of some joints, none below another, with all joints below it."""
     top_of = {-1: -1} | {top: top for top in tops}  # -1: it hangs on none of them
     found: dict[int, list[int]] = {top: [] for top in [*tops, -1]}
     for joint in range(len(skeleton)):

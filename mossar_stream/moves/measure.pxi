@@ -1,12 +1,12 @@
-"""How unlike a stretch of movement and an example are.
+"""The cost of taking a stretch of movement for an example.
 
 A stretch is described by `POINTS` poses at equal distances along its path (in the space of all coordinates):
 the unit directions from each to the next, each joint's share of the path, and the box that each coordinate
 fills. The cost of taking it for an example is the mean of 1 - cos over the directions, warped by at most
 `REACH` of them. It is divided by the cosine of the shares and by the sixth power of that of the boxes, and
-multiplied by a factor for another posture. The published recogniser divides by both once; where one example
-of each move by other people has to tell, the sixth power makes a third of the mistakes (14 moves of 11
-people, 1.9 % instead of 5.3 %; of 17 moves of 5 people 0.4 % either way).
+multiplied by a factor for another posture. The published recogniser divides by both once. With one example of
+each move by other people, the sixth power makes a third of the mistakes (14 moves of 11 people, 1.9 % instead
+of 5.3 %; of 17 moves of 5 people 0.4 % either way).
 """
 
 cdef enum:
@@ -15,10 +15,10 @@ cdef enum:
     REACH = 2  # directions by which warping may go astray
 cdef float LEAST_COST = 0.05  # mean of 1 - cos that no two performances go below
 cdef float SIZE_FREE = 1.1  # by which sizes may differ at no cost
-cdef float CARRIED_FREE = 2.0  # the same for how far the centre of the body is carried
-cdef float CARRIED_LEAST = 0.1  # m, that is added to both: less is sway
-cdef float STANCE_FREE = 0.95  # cosine between two mean postures, below which it costs
-cdef float STANCE_STEEP = 13.0  # how much more the natural logarithm of the cost is for each 1 below
+cdef float CARRIED_FREE = 2.0  # the same for the way of the body's centre
+cdef float CARRIED_LEAST = 0.1  # m, added to both: less is sway
+cdef float STANCE_FREE = 0.95  # cosine between two mean postures, below which the cost rises
+cdef float STANCE_STEEP = 13.0  # rise of the cost's natural logarithm for each 1 below
 cdef double STEADY = 0.75  # share of a body's steady turn that is taken back
 cdef float NEVER = 1e30
 
@@ -56,9 +56,9 @@ cdef void describe_stretch(
         path: (H,) m, length of the path up to each pose, another ring.
         first: Number of the first pose.
         last: Number of the last one, above `first`, less than H later.
-        joints: How many there are.
+        joints: Number of joints.
         girdles: Four of these joints, see `facing_of`: the stretch is described as of a body that faces +z.
-            Without hips (-1) it is described as it was made.
+            Without hips (-1) it is not turned.
         found: Gets the description.
     """
     cdef const float* squares
@@ -108,7 +108,7 @@ cdef void _turn_to_front(
     """Turn a stretch about the vertical, so that the body faces +z on average and no longer turns steadily.
 
     Args:
-        points: (POINTS, D) m; the centre is counted from where it was first.
+        points: (POINTS, D) m; the centre is relative to its first place.
         joints: Number of joints.
         girdles: Four of them.
         facings: (2, POINTS), scratch; every other point is enough.
@@ -140,14 +140,14 @@ cdef void _turn_to_front(
 
 
 cdef inline double _turn_of_a_step(FloatRows facings, double cosine, double sine) noexcept nogil:
-    """Return by how much a body turns from each point to the next, rad: the slope of a straight line."""
+    """Return the turn of a body from each point to the next, rad: the slope of a straight line."""
     cdef double products, squares, length, place, x, z
     cdef int64_t i
     products = 0.0
     squares = <float>1e-6
     for i in range(0, POINTS, 2):
         x, z = turned_back(facings.at[i], facings.at[facings.columns + i], cosine, sine)
-        length = sqrt(x * x + z * z)  # of a body that leans, the facing says less
+        length = sqrt(x * x + z * z)  # the facing of a leaning body is less certain
         place = i - DIRECTIONS // 2
         products += length * place * atan2(x, z)
         squares += length * place * place
@@ -168,7 +168,7 @@ cdef inline void _stance(FloatRows points, Floats stance) noexcept nogil:
     for i in range(1, POINTS):
         for d in range(stance.count):
             stance.at[d] += points.at[i * points.columns + d]
-    for d in range(3):  # where the body is does not matter
+    for d in range(3):  # the place of the body does not matter
         stance.at[d] = 0.0
     scale_to_one(stance)
 
@@ -193,7 +193,7 @@ cdef inline void _directions(FloatRows points, FloatRows directions, Floats squa
 
 
 cdef void first_half(Description* found) noexcept nogil:
-    """Let the box be that of the first half of the stretch, m."""
+    """Set the box to that of the first half of the stretch, m."""
     _box(rows_of_floats(found.points, 0, POINTS // 2 + 1), found.low, found.box)
 
 
@@ -212,11 +212,10 @@ cdef inline void _box(FloatRows points, Floats low, Floats box) noexcept nogil:
 
 
 cdef inline float strangeness(Description* found, const float* stance) noexcept nogil:
-    """Return what the cost is multiplied by because the mean posture is another one.
+    """Return the factor of the cost for another mean posture.
 
-    Who makes a move that was shown holds the body as when it was shown, far more exactly than other people or
-    other movements do: over a whole performance the cosine is above 0.98 in the same player and mostly above
-    0.95 in others.
+    A performer repeats the posture of a shown move far more exactly than other people, or other movements, do: over
+    a whole performance the cosine is above 0.98 for the same player and mostly above 0.95 for others.
     """
     cdef float alike
     alike = line_product(found.stance.at, stance, found.stance.count)
@@ -228,10 +227,10 @@ cdef inline float strangeness(Description* found, const float* stance) noexcept 
 cdef inline float correction(
     Description* found, const float* box, const float* shares, float size
 ) noexcept nogil:
-    """Return what the directions' cost is multiplied by: for shares, boxes, sizes and the body's own way.
+    """Return the factor of the directions' cost for shares, boxes, sizes and the way of the centre.
 
-    Of the centre's way the boxes say little, because all other joints are relative to it; but a duck or a
-    jump moves the whole body, and a kick or a swing of the arms does not.
+    The boxes contain little of the centre's way, because all other joints are relative to it. But a duck or a jump
+    moves the whole body, and a kick or a swing of the arms does not.
     """
     cdef float alike_shares, alike_boxes, ratio, sizes, carried, cube
     alike_shares = max(line_product(found.shares.at, shares, found.shares.count), <float>1e-3)

@@ -1,4 +1,4 @@
-"""Mirroring: an example as the other side would make it."""
+"""Mirroring: an example with left and right exchanged."""
 
 import re
 from typing import NamedTuple
@@ -37,10 +37,10 @@ def other_side(name: str) -> str:
 
 
 def mirrored_joints(skeleton: Skeleton) -> list[int]:
-    """Return for each joint the one on the other side, or itself.
+    """Return the joint on the other side for each joint, or itself.
 
     Raises:
-        MovesError: If the names tell no sides apart, or a joint has no counterpart.
+        MovesError: If the names have no sides, or a joint has no counterpart.
     """
     known = known_joints(skeleton)
     found = counterparts(skeleton.names)

@@ -43,7 +43,7 @@ class Moves:
     def __init__(self, skeleton: Skeleton) -> None:
         self.skeleton = skeleton
         self.explained: Callable[[Explanation], None] | None = None
-        """Gets what came nearest in each movement, while frames are processed; it changes no event and is in no file."""
+        """Gets the nearest move in each movement, while frames are processed; it changes no event and is in no file."""
         self._facing: Facing = "any"
         self._examples: list[Example] = []
         self._rules: dict[str, MoveRule] = {}
@@ -88,7 +88,7 @@ class Moves:
         return tuple(dict.fromkeys([*self.names, *images]))
 
     def rule(self, name: str) -> MoveRule:
-        """Return how a move, a pose, or a mirror image, is recognised."""
+        """Return the rule of a move, a pose, or a mirror image."""
         known = {*self.names, *(pose.name for pose in self._poses)}
         if name not in known and other_side(name) in known:
             name = other_side(name)
@@ -106,8 +106,8 @@ class Moves:
 
         Args:
             name: Of a move that was shown, or of a pose, which may be mirrored.
-            strict: From 0 (whatever is nearest) to 1 (only almost the same movement); 0.5 by default.
-            again: s after the move was confirmed during which it is not confirmed again; 0 where nothing is said.
+            strict: From 0 (the nearest move) to 1 (almost identical movements only); 0.5 by default.
+            again: s after the move was confirmed during which it is not confirmed again; 0 by default.
             mirrored: Whether the mirror image is recognised and followed, too; under the other side's name if the name has a side.
 
         Raises:
@@ -273,7 +273,7 @@ class Moves:
         return self._compared(make_example("movement", positions, fps, len(skeleton), skeleton.root))[0]
 
     def oddity(self, place: int) -> Oddity | None:
-        """Return how an example differs from the others of its name: duration, posture or the movement itself.
+        """Return the differences of an example from the others of its name: duration, posture or the movement itself.
 
         Args:
             place: Of the example, in the order of `examples`.
@@ -309,7 +309,7 @@ class Moves:
         return costs_of(skeleton, self._described[1], movement)
 
     def kinds(self) -> list[list[int]]:
-        """Return which examples show the same move, whatever they are called: places in `examples`.
+        """Return groups of examples that show the same move, whatever their names: places in `examples`.
 
         The largest kind comes first, in each kind the most typical example.
         """
@@ -323,7 +323,7 @@ class Moves:
 
     @classmethod
     def from_json(cls, text: bytes) -> "Moves":
-        """Return the moves of a JSON text, which may come from anybody.
+        """Return the moves of a JSON text, which may come from an unknown source.
 
         Raises:
             MovesError: If it is not of that form, of a newer version, or too large.
@@ -335,7 +335,7 @@ class Moves:
         return moves
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the moves to a file, which is replaced as a whole: nothing is lost whenever the power goes.
+        """Write the moves to a file, which is replaced as a whole: a power cut loses nothing.
 
         Raises:
             OSError: If it cannot be written.

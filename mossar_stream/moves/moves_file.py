@@ -1,13 +1,13 @@
-"""The form of moves as text: JSON with a version, checked before anything is believed.
+"""The form of moves as text: JSON with a version, checked before any use.
 
     {"format": "mossar-moves", "version": 2, "skeleton": {"names": […], "parents": […], "root": 0},
      "facing": "any", "rules": {"jab_left": {"strict": 0.8, "again": 0.5, "mirrored": true}},
      "examples": [{"name": "jab_left", "fps": 30.0, "positions": [-123, 4567, …],
                    "whole_fps": 30.0, "whole": [-121, 4569, …]}, …]}
 
-Positions are tenths of a millimetre, frame by frame, joint by joint. `facing` is "any" or "as_shown". Rules say what differs
-from `MoveRule`'s defaults; moves without a rule need not be named, and poses may be mirrored. `whole` is everything that was shown, where `positions` are
-the movement alone; without it they are the same. Files of version 1 have none of these.
+Positions are tenths of a millimetre, frame by frame, joint by joint. `facing` is "any" or "as_shown". Rules have the
+values that differ from `MoveRule`'s defaults; moves without a rule need not be named, and poses may be mirrored. `whole` is the
+whole recording, where `positions` are the movement alone; without it they are the same. Files of version 1 have none of these.
 
 Files with held poses have version 3, and besides: "poses": [{"name": "plank", "positions": [-123, 4567, …], "hold": 2.0}, …],
 with one frame each.

@@ -1,6 +1,6 @@
 """Oddities: examples that are unlike the others of their name, so that a slip while showing a move is noticed.
 
-The limits lie beyond what 14 moves by 11 people and 17 moves by 5 people showed within one name and person (1004 pairs):
+The limits lie beyond the values of 14 moves by 11 people and 17 moves by 5 people within one name and person (1004 pairs):
 the longer one took at most 1.83 times as long, the cosine of the postures was at least 0.938, and of the costs 0.4 % were
 above 1.
 """
@@ -18,7 +18,7 @@ MOST_COST = 1.0  # of taking an example for the nearest other
 
 
 class Oddity(msgspec.Struct, frozen=True):
-    """How an example differs from the others of its name.
+    """The differences of an example from the others of its name.
 
     Args:
         differences: In which respects; never empty.
@@ -40,7 +40,7 @@ class Oddity(msgspec.Struct, frozen=True):
 def oddity_of(
     seconds: float, others: np.ndarray, postures: np.ndarray, costs: np.ndarray, nearest: tuple[str, float]
 ) -> Oddity | None:
-    """Return how an example differs from the others of its name; None if it does not.
+    """Return the differences of an example from the others of its name; None if there are none.
 
     Args:
         seconds: Of the example's movement.

@@ -1,4 +1,4 @@
-"""Out: the events of recognised moves, and what programs are told of movements that were none."""
+"""Out: the events of recognised moves, and the explanations of movements that were none."""
 
 from mossar_stream.events import MoveEvent
 from mossar_stream.moves.explaining import REASONS, Explanation
@@ -13,14 +13,14 @@ cdef class MoveReader(Reader):
         performer: Name that events carry.
         names: Of the moves.
         limbs: Names of the performer's limbs.
-        explained: Called with an `Explanation` of each movement; None if nobody asks.
+        explained: Called with an `Explanation` of each movement; may be None.
     """
 
     cdef public str performer
     cdef public tuple names
     cdef public tuple limbs
     cdef public object explained
-    cdef list explanations  # that wait until all else is done
+    cdef list explanations  # to be reported after the events
 
     def __cinit__(self, *_, **__):
         self.see, self.explanations = recognise, []
@@ -61,12 +61,12 @@ cdef class MoveReader(Reader):
         )
 
     def last_word(self):
-        """Return the event of a move that becomes final because recognition ends."""
+        """Return the event of a move that becomes final as recognition ends."""
         cdef FoundMove* found = &self.known().found
         return [self.event(found, "final", 2)] if found.move >= 0 else []
 
     cdef int explain(self, Nearest* near) except -1:
-        """Note what came nearest in the movement that is over."""
+        """Note the nearest move in the movement that is over."""
         cdef double lead = near.second_cost / near.cost if near.second >= 0 else INFINITY
         if self.explained is not None:
             self.explanations.append(

@@ -1,4 +1,4 @@
-"""Parts: arrays in a block of bytes, where the compiled core says that they lie."""
+"""Parts: arrays in a block of bytes, at the places that the compiled core states."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -16,7 +16,7 @@ def parts_of(block: NDArray[np.uint8], places: Mapping[str, Place]) -> dict[str,
 
     Args:
         block: A store, or the memory of a performer.
-        places: As the core tells them.
+        places: From the core.
     """
     return {
         name: np.ndarray(shape, RECORDS.get(kind, kind), block, offset)

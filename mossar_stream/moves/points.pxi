@@ -1,4 +1,4 @@
-"""Points: what readers see of a frame: joints, or middles of two, relative to the first point, the centre.
+"""Points: a frame as readers see it: joints, or middles of two, relative to the first point, the centre.
 
 Recognised moves, followed moves and held poses place the points of their examples in a stream alike, and
 agree on which frames follow each other.
@@ -6,7 +6,7 @@ agree on which frames follow each other.
 
 cdef double LATE = 1.0  # s, frames that are so late are repeated or out of order
 cdef double MAX_STEP = 0.25  # s, a longer time without frames breaks the movement
-cdef double EARLY = 1e-6  # s, for the rounding of times: where the clock's origin lies must not matter
+cdef double EARLY = 1e-6  # s, for the rounding of times: the origin of the clock must not matter
 cdef float FARTHEST_SUM = <float>FARTHEST  # m, of the three coordinates
 
 cdef struct JointPair:  # Two joints of a stream, in whose middle a point lies.
@@ -15,10 +15,10 @@ cdef struct JointPair:  # Two joints of a stream, in whose middle a point lies.
 
 
 cdef inline bint is_new(int64_t frames, double time, double latest, double spacing) noexcept nogil:
-    """Tell whether a frame is to be processed; late ones are not, time that was set back begins anew.
+    """Return whether to process a frame: late ones are dropped; a time that was set back begins anew.
 
     Args:
-        frames: How many were processed so far.
+        frames: Number of frames processed so far.
         time: s, of the frame.
         latest: s, of the last frame that was processed.
         spacing: s, least time between two.
@@ -27,7 +27,7 @@ cdef inline bint is_new(int64_t frames, double time, double latest, double spaci
 
 
 cdef inline bint follows(int64_t frames, double time, double latest) noexcept nogil:
-    """Tell whether a frame follows the last one without a gap; arguments as for `is_new`."""
+    """Return whether a frame follows the last one without a gap; arguments as for `is_new`."""
     return frames > 0 and 0.0 < time - latest <= MAX_STEP + EARLY
 
 
@@ -69,7 +69,7 @@ cdef inline bint place_points(
 
 
 cdef inline bint is_hidden(JointPair* points, int64_t k, FloatRows positions) noexcept nogil:
-    """Tell whether `place_points` leaves point k where it was, because it is missing or too far."""
+    """Return whether `place_points` leaves point k at its place, because it is missing or too far."""
     cdef float x, y, z, px, py, pz
     x, y, z = _place_of(&points[0], positions)
     if k == 0:
@@ -79,7 +79,7 @@ cdef inline bint is_hidden(JointPair* points, int64_t k, FloatRows positions) no
 
 
 cdef inline (float, float, float) _place_of(JointPair* point, FloatRows positions) noexcept nogil:
-    """Return where a point lies in a frame, m; NaN if a joint is missing."""
+    """Return the position of a point in a frame, m; NaN if a joint is missing."""
     cdef const float* one
     cdef const float* other
     cdef float half

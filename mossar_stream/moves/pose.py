@@ -1,4 +1,4 @@
-"""One pose that is held: where the joints are, averaged over the last part at rest of the frames."""
+"""One held pose: the positions of the joints, averaged over the last part at rest of the frames."""
 
 from typing import Annotated, Any
 
@@ -21,8 +21,8 @@ from mossar_stream.moves.example import (
 from mossar_stream.skeleton import Skeleton
 
 MOST_HOLD = 3600.0  # s
-LEAST_REST = 0.4  # s, of what is a pose in something that was shown
-MOST_STRAY = 0.03  # m, rms over joints: so near to each other are the frames of a pose
+LEAST_REST = 0.4  # s, of a pose in a recording
+MOST_STRAY = 0.03  # m, rms over joints: largest distance of a pose's frames from their mean
 
 
 class Pose(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -77,7 +77,7 @@ def _check(shown: NDArray[np.float64], fps: Any, hold: Any, joints: int) -> None
     if shown.ndim != 3 or shown.shape[1:] != (joints, 3):
         raise MovesError(f"a pose has the form ({joints} joints, 3) or (frames, {joints} joints, 3)")
     if not 1 <= len(shown) <= LONGEST_TAKEN:
-        raise MovesError(f"what shows a pose has 1 to {LONGEST_TAKEN} frames, not {len(shown)}")
+        raise MovesError(f"a pose is shown by 1 to {LONGEST_TAKEN} frames, not {len(shown)}")
     if not np.isfinite(shown).all():
         bad = int(np.argmin(np.isfinite(shown).all(axis=(1, 2))))
         raise MovesError(f"a pose needs all joints in all frames; frame {bad} lacks some")
@@ -102,9 +102,9 @@ def _last_rest(placed: NDArray[np.float64], least: int) -> tuple[int, int]:
         while first > 0 and _stray(placed[first - 1 : first], middle) <= MOST_STRAY:
             first -= 1
         return first, last
-    raise MovesError(f"nothing is held in what was shown; a pose is held for at least {LEAST_REST:g} s")
+    raise MovesError(f"nothing is held in these frames; a pose is held for at least {LEAST_REST:g} s")
 
 
 def _stray(frames: NDArray[np.float64], middle: NDArray[np.float64]) -> float:
-    """Return how far frames are from a pose at most, rms over joints, m."""
+    """Return the largest distance of frames from a pose, rms over joints, m."""
     return float(np.sqrt(((frames - middle) ** 2).sum(axis=2).mean(axis=1)).max())

@@ -1,4 +1,4 @@
-"""The recogniser: frames in, recognised moves out, a bounded amount of work at each.
+"""The recogniser: frames in, recognised moves out, with bounded work for each frame.
 
 Once speed has come down from a peak, stretches that end now and begin at one of the last onsets or minima of
 speed are compared with all examples, every `COMPARED_EVERY` seconds. A move is recognised when its cost is
@@ -11,9 +11,9 @@ each), each player left out in turn; they lie in the middle of wide plateaus.
 """
 
 cdef double COMPARED_EVERY = 0.1  # s
-cdef double MOST = -0.75  # natural logarithm of a move's largest cost, where no rule says otherwise
-cdef double STRICT_WORTH = 2.0  # by how much that is lower for a strictness of 1 than for 0
-cdef double LEAD_WORTH = 0.8  # by how much a lead of 1 raises that
+cdef double MOST = -0.75  # natural logarithm of a move's largest cost without a rule
+cdef double STRICT_WORTH = 2.0  # decrease of that from strictness 0 to 1
+cdef double LEAD_WORTH = 0.8  # rise of that for a lead of 1
 # Of a lead (natural logarithm of the next move's cost over this one's) at most so much counts.
 cdef double LEAD_COUNTED = 0.7
 cdef double FALLEN = 0.7  # of the peak of speed; comparisons begin below it
@@ -28,12 +28,12 @@ cdef float HANDICAP = exp(REVISED)
 cdef enum:
     AGREED = 2  # comparisons in a row that must name the same move
     SHORTEST = 8  # poses, of a stretch
-cdef enum:  # what happened at a frame
+cdef enum:  # results of a frame
     CONFIRMED = 1
     FINAL = 2
     WITHDRAWN = 4
     EXPLAINED = 8
-cdef enum:  # what kept a move from being recognised
+cdef enum:  # reasons why a move was not recognised
     BY_NOTHING = 0
     BY_COST = 1
     BY_LEAD = 2
@@ -45,9 +45,9 @@ cdef struct Decision:
     double next_comparison  # s, when stretches are compared next; nothing happens before, if no move is open
     double loud  # s, when speed was last above `LOUD`
     double peak  # m/s, largest speed since the last onset or decision
-    int64_t from_pose  # a new move begins at this pose or later: what was before belongs to the last one
+    int64_t from_pose  # a new move begins at this pose or later: earlier poses belong to the last one
     int64_t leader  # move that was best at the last comparison, -1 for none
-    int64_t agreed  # how many comparisons in a row it was
+    int64_t agreed  # comparisons in a row in which it was best
 
 
 cdef struct FoundMove:
@@ -63,12 +63,12 @@ cdef struct FoundMove:
 
 
 cdef struct Nearest:
-    int64_t open  # whether a movement goes on of which something is known
-    int64_t kept  # `BY_...`, what kept it from being recognised
+    int64_t open  # whether a movement goes on that was compared
+    int64_t kept  # `BY_...`, the reason why it was not recognised
     int64_t move  # that was nearest
     int64_t second  # the nearest other move, -1 for none
-    double value  # what the logarithm of its cost, less its lead, was above the most; least of the movement
-    double most  # logarithm of what it might have cost without a lead
+    double value  # excess of its log cost, less its lead, over the most; least of the movement
+    double most  # logarithm of its largest cost without a lead
     double cost  # see measure.pxi
     double second_cost
     double posture  # factor of the cost that is due to another posture
@@ -83,7 +83,7 @@ cdef struct RecognitionState:
     Decision decision
     FoundMove found  # the last move recognised, not final yet
     FoundMove before  # the one before, that the frame changed
-    Nearest nearest  # what comes nearest in the movement that goes on, or has just ended
+    Nearest nearest  # nearest move in the movement that goes on, or has just ended
     int64_t happened  # at the last frame that became a pose
     double time  # s, of that frame
 
@@ -96,7 +96,7 @@ cdef struct MoveMemory:  # The parts of a performer's memory.
 
 
 cdef MoveMemory open_move_memory(uint8_t* memory, MoveStore* head) noexcept nogil:
-    """Return the parts of a performer's memory; nothing of it is read."""
+    """Return the parts of a performer's memory, without reading it."""
     cdef MoveMemory known
     known.state = <RecognitionState*>memory
     known.poses = floats_in_rows(<float*>(memory + sizeof(RecognitionState)), RING + RAW, head.numbers)
@@ -106,7 +106,7 @@ cdef MoveMemory open_move_memory(uint8_t* memory, MoveStore* head) noexcept nogi
 
 
 cdef void begin_move_memory(MoveMemory* known, int64_t moves) noexcept nogil:
-    """Set the memory to that of a performer who has not been seen."""
+    """Set the memory to that of a new performer."""
     cdef RecognitionState* state = known.state
     cdef int64_t m
     memset(<uint8_t*>state, 0, known.end - <uint8_t*>state)
@@ -119,13 +119,13 @@ cdef void begin_move_memory(MoveMemory* known, int64_t moves) noexcept nogil:
 cdef int64_t recognise(
     uint8_t* memory, uint8_t* store, float* positions, int64_t joints, double time
 ) noexcept nogil:
-    """Process a frame; a function as readers have it.
+    """Process a frame; a function of a reader.
 
     Args:
         memory: Of the performer.
         store: The examples.
         positions: (joints, 3) m; NaN where a joint is missing.
-        joints: How many there are.
+        joints: Number of joints.
         time: s.
 
     Returns:
@@ -145,7 +145,7 @@ cdef int64_t recognise(
 
 
 cdef void _follow_moves(MoveMemory* known, MoveBank* bank, FloatRows positions, double time) noexcept nogil:
-    """Take one frame in."""
+    """Process one frame."""
     cdef RecognitionState* state
     cdef int64_t was_moving
     cdef bint goes_on, rests
@@ -194,7 +194,7 @@ cdef void _start_recognition(RecognitionState* state, double time) noexcept nogi
 
 
 cdef inline void _decide_anew(Decision* decision, int64_t from_pose) noexcept nogil:
-    """Let the next move begin at a pose or later."""
+    """Set the first pose at which the next move may begin."""
     decision.from_pose = from_pose
     decision.peak = 0.0
     decision.leader = -1
@@ -202,7 +202,7 @@ cdef inline void _decide_anew(Decision* decision, int64_t from_pose) noexcept no
 
 
 cdef void _settle_move(RecognitionState* state, int64_t how) noexcept nogil:
-    """Say what became of the last move recognised."""
+    """Report the end of the last recognised move: final or withdrawn."""
     if state.found.move >= 0:
         state.before = state.found
         state.found.move = -1
@@ -288,7 +288,7 @@ cdef float _compare_examples(
 
 
 cdef inline float _posture_of(MoveBank* bank, int64_t t) noexcept nogil:
-    """Return the factor of what it costs to take the stretch for example t that is due to another posture."""
+    """Return the factor of another posture in the cost of taking the stretch for example t."""
     return strangeness(&bank.scratch, row_of_example(bank, t, DIRECTIONS + 2))
 
 
@@ -301,7 +301,7 @@ cdef inline float _correction_of(MoveBank* bank, int64_t t) noexcept nogil:
 
 
 cdef inline bint _is_agreed(Decision* decision, MoveBank* bank, float best) noexcept nogil:
-    """Tell whether the move with the least cost is recognised now."""
+    """Return whether the move with the least cost is recognised now."""
     cdef MoveExample* examples
     cdef float second
     cdef double lead
@@ -355,7 +355,7 @@ cdef void _confirm(MoveMemory* known, MoveBank* bank, int64_t first, int64_t las
 
 
 cdef inline void _pass_over(RecognitionState* state, int64_t last) noexcept nogil:
-    """Let a move that was made again too soon be over without a word."""
+    """End a move that was made again too soon without an event."""
     _decide_anew(&state.decision, last)
     if state.nearest.open == 1:
         state.nearest.kept = BY_PAUSE
@@ -363,7 +363,7 @@ cdef inline void _pass_over(RecognitionState* state, int64_t last) noexcept nogi
 
 
 cdef void _compare_without_limits(MoveBank* bank, int64_t first) noexcept nogil:
-    """Note what it costs to take the stretch for each example, where no other stretch cost less."""
+    """Note the cost of taking the stretch for each example where no other stretch cost less."""
     cdef MoveExample* example
     cdef float posture, factor, cost
     cdef int64_t t
@@ -377,7 +377,7 @@ cdef void _compare_without_limits(MoveBank* bank, int64_t first) noexcept nogil:
 
 
 cdef void _note_nearest(RecognitionState* state, MoveBank* bank) noexcept nogil:
-    """Note which move came nearest at this comparison, if none was nearer in this movement."""
+    """Note the nearest move at this comparison, if none was nearer in this movement."""
     cdef MoveExample* examples
     cdef MoveExample* best
     cdef MoveExample* second
@@ -415,7 +415,7 @@ cdef void _note_nearest(RecognitionState* state, MoveBank* bank) noexcept nogil:
 
 
 cdef inline int64_t _what_kept(double value, double lead, double posture) noexcept nogil:
-    """Return what kept a move from being recognised: the least that would have had to be otherwise."""
+    """Return the reason why a move was not recognised: the smallest change that would have sufficed."""
     if value < 0.0:
         return BY_AGREEMENT
     if value - posture < 0.0:
@@ -426,7 +426,7 @@ cdef inline int64_t _what_kept(double value, double lead, double posture) noexce
 
 
 cdef inline void _explain_found(RecognitionState* state, MoveBank* bank) noexcept nogil:
-    """Say of a move that has just been recognised how near it came."""
+    """Explain a move that has just been recognised by its cost and lead."""
     cdef FoundMove* found
     cdef Nearest* nearest
     found, nearest = &state.found, &state.nearest
@@ -440,7 +440,7 @@ cdef inline void _explain_found(RecognitionState* state, MoveBank* bank) noexcep
 
 
 cdef inline void _end_movement(RecognitionState* state, double time) noexcept nogil:
-    """Say what came nearest in a movement that is over."""
+    """Explain the nearest move in a movement that is over."""
     if state.nearest.open == 0:
         return
     if time - state.decision.loud > QUIET + EARLY or time - state.nearest.end > LONGEST + EARLY:

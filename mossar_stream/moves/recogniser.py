@@ -21,13 +21,13 @@ def memory_of(memory: NDArray[np.uint8], joints: int, moves: int) -> dict[str, N
     Args:
         memory: Of a performer.
         joints: Of the examples.
-        moves: How many there are.
+        moves: Number of moves.
     """
     return parts_of(memory, move_memory_parts(joints, moves))
 
 
 def new_memory(joints: int, moves: int) -> NDArray[np.uint8]:
-    """Return the memory of a performer who has not been seen; see `memory_of`."""
+    """Return the memory of a new performer; see `memory_of`."""
     memory = np.zeros(move_memory_bytes(joints, moves), np.uint8)
     parts = memory_of(memory, joints, moves)
     state = parts["state"][0]

@@ -22,7 +22,7 @@ class Recognition(MoveReader):
     """The recognition of the moves of one performer.
 
     Args:
-        moves: Those to recognise, as they are now.
+        moves: Those to recognise, in their present state.
         skeleton: The performer's joints.
         performer: Name that events carry.
         store: The examples described for these joints, if there is one already.
@@ -60,7 +60,7 @@ class Recognition(MoveReader):
         return hashlib.sha256(self.moves_text).digest()
 
     def follow_on(self, before: "Recognition | None") -> "Recognition":
-        """Go on where another recognition of the same performer was, with other moves; return this one.
+        """Continue another recognition of the same performer with other moves; return this one.
 
         The state of the movement stays if the examples have the same joints, and a
         move that is not final yet if it is still among them.
@@ -100,7 +100,7 @@ class Recognition(MoveReader):
         return self.state.tobytes()
 
     def go_on_from(self, content: bytes) -> None:
-        """Go on where another recognition of the same moves and joints was.
+        """Continue another recognition of the same moves and joints.
 
         Raises:
             SnapshotError: If the bytes do not fit, or contradict themselves.
@@ -115,7 +115,7 @@ class Recognition(MoveReader):
 
 
 def _is_sound(state: Any, positions: NDArray[np.float32], moves: int, limbs: int) -> bool:
-    """Tell whether a performer's memory is one that recognising could have left."""
+    """Return whether recognition can have left this memory of a performer."""
     poses, first = int(state["track"]["poses"]), int(state["track"]["first"])
     marks = [*state["activity"]["starts"].tolist(), int(state["activity"]["low_pose"])]
     decision = state["decision"]

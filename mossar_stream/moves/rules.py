@@ -12,10 +12,10 @@ MOST_AGAIN = 3600.0  # s
 
 
 class MoveRule(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """How one move is recognised.
+    """The rule by which one move is recognised.
 
     Args:
-        strict: From 0 (whatever is nearest) to 1 (only almost the same movement).
+        strict: From 0 (the nearest move) to 1 (almost identical movements only).
         again: s after the move was confirmed during which it is not confirmed again.
         mirrored: Whether the mirror image is the move as well. A name with "left" or "right" in it is that of the side
             that was shown; the mirror image then has the name of the other side.

@@ -1,13 +1,13 @@
-"""The store: the examples of all moves, described for one stream's joints, and how its bytes are laid out.
+"""The store: the examples of all moves, described for one stream's joints, and its layout.
 
-Where a part of a store or of a performer's memory lies is said here and nowhere else; Python asks.
+Only this file states the places of the parts of a store and of a performer's memory; Python asks for them.
 """
 
 cdef extern from "simd.h" nogil:
     enum:
         FACTORS
 
-# Where parts lie of a block that does not exist, of which only distances between addresses are wanted.
+# Address of a block that does not exist, to compute distances between the places of its parts.
 cdef uint8_t* NOWHERE = <uint8_t*>4096
 cdef enum:
     ROWS = DIRECTIONS + 3  # of an example in `MoveBank.rows`: directions, box, shares, stance
@@ -19,7 +19,7 @@ cdef struct MoveStore:  # The head of a store; its arrays follow.
     int64_t moves  # M
     double bar  # no stretch whose cost is above this can be recognised as any move
     int64_t girdles[4]  # of the joints, see `facing_of`; -1: moves are recognised as they were shown
-    int64_t explains  # whether what came nearest in a movement is reported, too; it is in `nearest`
+    int64_t explains  # whether the nearest move in a movement is reported, too; it is in `nearest`
 
 
 cdef struct MoveExample:
@@ -43,13 +43,13 @@ cdef struct MoveBank:  # The parts of a store.
     MoveExample* examples  # (T,)
     MoveRule* rules  # (M,)
     FloatRows rows  # (T * ROWS, D)
-    float* begin  # (D,) m, first pose of the first example: where a joint is that was never seen
+    float* begin  # (D,) m, first pose of the first example: the place of a joint that was never seen
     Description scratch
     uint8_t* end
 
 
 cdef inline int64_t padded_to_factors(int64_t count) noexcept nogil:
-    """Return how many numbers a line takes with the zeros that `line_product` wants behind them."""
+    """Return the length of a line with the zeros that `line_product` needs behind it."""
     return (count + FACTORS - 1) // FACTORS * FACTORS
 
 
@@ -59,7 +59,7 @@ cdef inline MoveBank open_move_store(uint8_t* store) noexcept nogil:
 
 
 cdef MoveBank lay_out_move_store(uint8_t* store, MoveStore* head) noexcept nogil:
-    """Return where the parts of a store with this head lie; nothing of it is read."""
+    """Return the parts of a store with this head, without reading it."""
     cdef MoveBank bank
     cdef int64_t line
     bank.head = head

@@ -1,4 +1,4 @@
-"""Kernels of recognised moves as tests call them."""
+"""Kernels of recognised moves for tests."""
 
 
 def facing(cnp.ndarray joints, cnp.ndarray girdles, /):

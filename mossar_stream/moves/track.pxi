@@ -24,12 +24,12 @@ cdef bint add_track_pose(
 ) noexcept nogil:
     """Keep a frame as a pose.
 
-    A joint that is missing stays where it was. One that was never seen is where it is at the begin of the
-    first example, so that a performer whose legs no camera sees is recognised by what it sees.
+    A missing joint keeps its place. One that was never seen has its place from the begin of the first example. A
+    performer whose legs no camera sees is thus recognised by the rest of the body.
 
     Args:
         track: The history.
-        poses: (RING + RAW, D) m: the smoothed poses, then the last ones as they came.
+        poses: (RING + RAW, D) m: the smoothed poses, then the last unsmoothed ones.
         positions: (J, 3) m; NaN where a joint is missing.
         bank: Whose joints have the centre first.
         time: s.
@@ -94,7 +94,7 @@ cdef inline void _smooth_track(Track* track, FloatRows poses, FloatRows raw, int
 cdef inline void _measure_step(
     Track* track, FloatRows poses, int64_t joints, int64_t here, int64_t before
 ) noexcept nogil:
-    """Note how far the body moved since the pose before."""
+    """Note the body's movement since the pose before."""
     cdef const float* pose
     cdef const float* earlier
     cdef float squares, steps, x, y, z, square

@@ -1,6 +1,6 @@
-"""Trimming: the part of what was shown that is followed, without rest or parts of neighbours at its ends.
+"""Trimming: the part of an example that is followed, without rest or parts of neighbours at its ends.
 
-The stream need not rest where the example did. Rest at an end is what stays near its first or last pose. Parts of the
+The stream need not rest where the example did. Rest at an end are the frames near its first or last pose. Parts of the
 repetitions before and after are there if the example begins or ends in motion and soon turns back at the same place: along
 the principal component of the poses, both turns lie at the same end of the movement, and nothing of its extent is
 outside them.
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 # Chosen on five people and ten exercises; counts are the same from 0.03 to 0.06 and with 0.15 to 0.3 s kept (docs/lab-notes/following.md).
 RESTS = 0.04  # share of the distance to the farthest pose, nearer to which the body is at rest
-REFERENCE = 0.15  # s, whose mean pose that is
+REFERENCE = 0.15  # s, over which that pose is averaged
 # s of rest that are kept at an end, or a share of the whole: movements begin slowly.
 KEPT, KEPT_SHARE = (
     0.2,
@@ -21,7 +21,7 @@ SOON = 0.75  # s from an end, within which a neighbour's part turns back
 TURNED = 0.1  # share of the extent by which it does
 MOVING = 0.06  # share of the largest speed, faster than which an example begins or ends in motion
 AT_END = 0.15  # s, over which that speed is taken
-MOST_WAY = 0.8  # share of the extent that it goes before it turns back: a part, not a movement of its own
+MOST_WAY = 0.8  # share of the extent covered before the turn: a part, not a movement of its own
 SAME = 0.25  # share of the extent by which two turns may differ
 MOST_LOST = 0.1  # share of the extent that may be outside them
 LEAST_LEFT = 0.4  # s of a movement
@@ -42,7 +42,7 @@ def part_to_follow(poses: NDArray[np.float64], fps: float) -> tuple[int, int]:
 
 
 def _rest(poses: NDArray[np.float64], fps: float) -> int:
-    """Return how many frames at the beginning are rest that need not be followed."""
+    """Return the number of frames of rest at the beginning."""
     away = np.linalg.norm(poses - poses[: max(1, round(REFERENCE * fps))].mean(axis=0), axis=1)
     far = away > RESTS * away.max()
     kept = round(max(KEPT * fps, KEPT_SHARE * len(poses)))

@@ -1,4 +1,4 @@
-"""Face of held poses: what Python calls, and where it finds the parts of a bank and of a memory.
+"""Face of held poses: functions for Python, and the places of the parts of a bank and of a memory.
 
 A part is described by its offset in bytes, the name of its record or number type, and its shape.
 """

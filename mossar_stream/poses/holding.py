@@ -70,7 +70,7 @@ class Holding(PoseReader):
         return self.state.tobytes()
 
     def go_on_from(self, content: bytes) -> None:
-        """Go on where another holding of the same poses was.
+        """Continue another holding of the same poses.
 
         Args:
             content: Of its `to_bytes`.
@@ -86,7 +86,7 @@ class Holding(PoseReader):
         self.state[:] = fresh
 
     def _is_sound(self, parts: dict[str, NDArray[Any]]) -> bool:
-        """Tell whether a performer's memory is one that holding could have left."""
+        """Return whether a holding can have left this memory of a performer."""
         state, poses = parts["state"][0], len(self.names)
         numbers = [parts[name] for name in ("fast", "slow", "strays", "chords")]
         times = [float(state[name]) for name in ("time", "since", "start", "seen")]

@@ -1,6 +1,6 @@
-"""Layout: how the bytes of shown poses, and of a performer who may hold them, are laid out.
+"""Layout: the bytes of shown poses, and of a performer who may hold them.
 
-Where a part of a store or of a performer's memory lies is said here and nowhere else; Python asks.
+Only this file states the places of the parts of a store and of a performer's memory; Python asks for them.
 """
 
 cdef struct PosesHead:  # The head of a bank; its arrays follow.
@@ -24,9 +24,9 @@ cdef struct HoldingState:
     double time  # s, of the last sample
     double facing[2]  # x and z, smoothed
     int64_t near  # pose that the performer is near to, -1 for none
-    double since  # s, from when on
+    double since  # s, begin of that
     int64_t active  # pose that is held, -1 for none
-    int64_t latest  # the one that is held or was last, of which start, seen, matched, number and rev are
+    int64_t latest  # the held or last one, the subject of start, seen, matched, number and rev
     int64_t is_held  # whether that was reported
     double start  # s
     double seen  # s, when it was last held
@@ -50,8 +50,8 @@ cdef struct PoseMemory:  # The parts of a performer's memory.
     DoubleRows fast  # (B, 3) directions, averaged over `POSE_SMOOTHED`
     DoubleRows slow  # (B, 3) the same over `POSE_SETTLED`
     Doubles strays  # (B,) squares of the chord to the pose that is held, summed over samples
-    Doubles chords  # (B,) the same of the pose that is looked at, now
-    DoubleRows groups  # (2, G) mean of those over each limb, and how many bones it has
+    Doubles chords  # (B,) the same of the compared pose, in this sample
+    DoubleRows groups  # (2, G) mean of those over each limb, and its number of bones
     FloatRows pose  # (K, 3) m, points of the last sample relative to the centre, y upwards
     uint8_t* end
 
@@ -62,7 +62,7 @@ cdef inline PoseBank open_pose_bank(uint8_t* store) noexcept nogil:
 
 
 cdef PoseBank lay_out_pose_bank(uint8_t* store, PosesHead* head) noexcept nogil:
-    """Return where the parts of a bank with this head lie; nothing of it is read."""
+    """Return the parts of a bank with this head, without reading it."""
     cdef PoseBank bank
     bank.head = head
     bank.points = <JointPair*>(store + sizeof(PosesHead))
@@ -75,7 +75,7 @@ cdef PoseBank lay_out_pose_bank(uint8_t* store, PosesHead* head) noexcept nogil:
 
 
 cdef PoseMemory open_pose_memory(uint8_t* memory, PosesHead* head) noexcept nogil:
-    """Return the parts of a performer's memory; nothing of it is read."""
+    """Return the parts of a performer's memory, without reading it."""
     cdef PoseMemory known
     cdef int64_t bones
     bones = head.bones

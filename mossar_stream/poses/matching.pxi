@@ -1,4 +1,4 @@
-"""Matching: which pose a performer holds.
+"""Matching: the pose that a performer holds.
 
 At most every `EVERY` seconds the directions of bones, relative to the performer's facing, are averaged and
 compared with all poses. A pose is entered when the performer is nearly at rest near it, and nearer to it than
@@ -9,7 +9,7 @@ is entered.
 cdef double EVERY = 0.06  # s between two samples
 cdef double POSE_SMOOTHED = 0.1  # s, time constant of the directions that are compared
 cdef double POSE_SETTLED = 0.4  # s, of those by which rest is judged
-cdef double PATIENCE = 0.3  # s, so long a pose is kept while the body strays farther
+cdef double PATIENCE = 0.3  # s for which a pose is kept while the body strays farther
 # Squares of chords between directions; 2 sin(angle / 2) is the chord of an angle.
 cdef double NEAR_POSE = 0.068  # 15 degrees over all bones, 25 of each limb: a pose is entered
 cdef double NEAR_OF_LIMB = 0.187
@@ -17,11 +17,11 @@ cdef double FAR = 0.12  # 20 and 35: it is left
 cdef double FAR_OF_LIMB = 0.362
 # 9 degrees between the two averages of a limb's directions: it turns by 30 degrees a second.
 cdef double RESTING = 0.0248
-cdef double NEARER = 0.02  # by so much another pose must be nearer than the one that is held
+cdef double NEARER = 0.02  # margin by which another pose must be nearer than the held one
 cdef double SHORTEST_DIRECTION = 1e-6  # m, of a bone; 1, of the average of its directions
 cdef enum:
     FIRST_JUDGED = 5  # samples after a gap before rest is judged
-cdef enum:  # what happened
+cdef enum:  # results of a sample
     POSE_UNCHANGED = 0
     POSE_ENTERED = 1
     POSE_HELD = 2
@@ -31,17 +31,17 @@ cdef enum:  # what happened
 cdef int64_t match_frame(
     uint8_t* memory, uint8_t* store, float* positions, int64_t joints, double time
 ) noexcept nogil:
-    """Process a frame; a function as readers have it.
+    """Process a frame; a function of a reader.
 
     Args:
         memory: Of the performer.
         store: The bank.
         positions: (joints, 3) m; NaN where a joint is missing.
-        joints: How many there are.
+        joints: Number of joints.
         time: s.
 
     Returns:
-        1 if a pose was entered, held or left, which stands in `happened`; else 0.
+        1 if a pose was entered, held or left, as `happened` tells; else 0.
     """
     cdef PoseBank bank
     cdef PoseMemory known
@@ -92,7 +92,7 @@ cdef bint _measure_pose(
 cdef inline void _average_directions(
     PoseMemory* known, PoseBank* bank, double seconds, bint started
 ) noexcept nogil:
-    """Let both averages of the directions follow."""
+    """Update both averages of the directions."""
     cdef const float* begin
     cdef const float* end
     cdef double quick, slow, cosine, sine, x, y, z, length
@@ -116,7 +116,7 @@ cdef inline void _come_nearer(double* average, double x, double y, double z, dou
 
 
 cdef void _decide_pose(PoseMemory* known, PoseBank* bank, double time) noexcept nogil:
-    """See whether a pose is entered, held or left."""
+    """Decide whether a pose is entered, held or left."""
     cdef HoldingState* state
     cdef double least, mean, worst
     cdef int64_t nearest, best
@@ -191,7 +191,7 @@ cdef (double, double) _compare_pose(PoseMemory* known, PoseBank* bank, int64_t p
 
 
 cdef double _largest_turn(PoseMemory* known, PoseBank* bank) noexcept nogil:
-    """Return how far the directions of a limb have turned lately, at most: mean square of the chord."""
+    """Return the largest recent turn of a limb's directions: mean square of the chord."""
     cdef double way
     cdef int64_t b, d
     for b in range(bank.head.bones):
@@ -246,7 +246,7 @@ cdef void _stay_in_pose(PoseMemory* known, PoseBank* bank, int64_t pose, double 
 
 
 cdef void _count_strays(PoseMemory* known, PoseBank* bank, int64_t pose, double time) noexcept nogil:
-    """Add how far the body strays to what it strayed since the start."""
+    """Add the body's deviation to the sum since the start."""
     cdef HoldingState* state
     cdef int64_t b
     _compare_pose(known, bank, pose)

@@ -41,7 +41,7 @@ cdef class PoseReader(Reader):
         return 0
 
     def begin(self):
-        """Begin anew, as for a take."""
+        """Reset the state, as for a new take."""
         memset(cnp.PyArray_DATA(self.state), 0, cnp.PyArray_DIM(self.state, 0))
         self.known().due = -INFINITY
         self.known().near = self.known().active = -1

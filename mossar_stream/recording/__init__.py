@@ -1,4 +1,4 @@
-"""Recording: the whole of Mossar offline, and its results as people look at them."""
+"""Recording: Mossar offline, and its results for notebooks."""
 
 from mossar_stream.recording.recording import KeyFrame as KeyFrame
 from mossar_stream.recording.recording import Result as Result

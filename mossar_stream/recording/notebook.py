@@ -1,7 +1,7 @@
-"""Notebook: results as people look at them, as a summary, a table, a picture or a DataFrame.
+"""Notebook: results as a summary, a table, a picture or a DataFrame.
 
 Results are known by their fields alone, since their classes use this module.
-pandas and matplotlib are used where they are installed; nothing else in the package knows of them.
+pandas and matplotlib are used where they are installed; no other module of the package uses them.
 """
 
 from collections.abc import Iterable, Sequence

@@ -1,4 +1,4 @@
-"""Recording: the whole of Mossar offline, Algorithms 1, 2 and 3, and the hierarchy that people choose from.
+"""Recording: Mossar offline, Algorithms 1, 2 and 3, with the hierarchy of all levels.
 
 The frames go through the same kernels as a stream, but no key frame is decided before the end.
 """
@@ -63,18 +63,18 @@ from mossar_stream.skeleton import Skeleton
 from mossar_stream.steps.gait import Step, step_table
 from mossar_stream.steps.stepping import Stepping
 
-MOST_APART = 4.0  # s between frames, median, from which on times are hardly seconds: 250 Hz in milliseconds
+MOST_APART = 4.0  # s between frames, median; longer ones are hardly seconds: 250 Hz in milliseconds
 Analyses = Sequence[tuple[float, NDArray[np.void]]]  # see `Channel.analyses`
-STILL_FOR = 2.0  # s without any movement, from which on a recording is hardly meant to be segmented
+STILL_FOR = 2.0  # s without any movement; a longer recording causes a warning
 CAPACITY = 64  # key frames there is room for at first
 PIECE = 1 << 14  # frames that are processed at once, between which Ctrl-C acts and progress is reported
 
 
 class Progress:
-    """How far the segmentation of a recording is.
+    """Progress of the segmentation of a recording.
 
     Args:
-        report: Gets the share that is done, 0 to 1; None if nothing does.
+        report: Gets the share that is done, 0 to 1; may be None.
         frames: That will be processed: each once for the range, once for its key frames, and so for each limb.
     """
 
@@ -99,7 +99,7 @@ class KeyFrame(msgspec.Struct, frozen=True):
         time: s.
         kind: `onset`, `offset` or `minimum`.
         velocity: Share of the range.
-        strength: At which Algorithm 3 removes it; it is kept at every level up to this.
+        strength: Strength at which Algorithm 3 removes it; it is kept at every level up to this.
     """
 
     frame: int
@@ -169,16 +169,16 @@ class Result:
     Attributes:
         settings: The settings used.
         key_frames: All key frames of Algorithm 2, with the strengths of Algorithm 3; with evidence they are
-            more than a stream tells of.
+            more than a stream reports.
         hierarchy: The same key frames in the order in which they are removed. Without its first k entries it is the
             k-th of the paper's nested sets.
-        curves: The velocity curve, frame by frame, if it was asked for.
+        curves: The velocity curve, frame by frame, if `curves` was set.
         moves: The moves that were recognised, if there were any to recognise; a list with `to_dataframe`.
         followed: Performances of the moves that are followed that were done; a list with `to_dataframe`.
         poses: The poses that were held or entered, once each, when they were left; a list with `to_dataframe`.
         repetitions: Repetitions of movements, with the setting `repetitions`; a list with `to_dataframe`.
         limbs: The result of each limb, with the setting `limbs`.
-        steps: When feet left the ground and came down, with the setting `steps`.
+        steps: Times at which feet left the ground and came down, with the setting `steps`.
         takes: First and last frame of each take; one for the whole recording unless it was divided.
     """
 
@@ -231,7 +231,7 @@ class Result:
         """Draw the segments and key frames, with the velocity curve if `curves=True` kept it.
 
         Args:
-            level: Which segments; those of the settings if None.
+            level: Level of the segments; that of the settings if None.
             axes: Of matplotlib; a new figure's if None.
 
         Returns:
@@ -404,7 +404,7 @@ def segment_recording(
 
 
 def _passes(skeleton: Skeleton, settings: Settings) -> int:
-    """Return how often each frame is processed; of several takes whose range is that of all, once less."""
+    """Return the number of passes over each frame; one less for several takes with one range."""
     return (1 + len(groups_of(skeleton, settings.limbs))) * (2 if settings.range == "file" else 1)
 
 
@@ -438,7 +438,7 @@ def takes_of(positions: NDArray[Any], times: NDArray[np.float64], max_pause: flo
 
 
 def _with_up(settings: Settings, own: Recorded) -> Settings:
-    """Return the settings with the axis that a recording says points upwards, if they leave it open."""
+    """Return the settings with the recording's vertical axis, if they leave it open."""
     return settings.replace(up=own.up) if settings.up == "auto" and own.up != "auto" else settings
 
 
@@ -528,7 +528,7 @@ def _checked(
 
 
 def _check_times(times: NDArray[np.float64]) -> None:
-    """Refuse times that no recording has, and warn of those that are no seconds.
+    """Refuse impossible times, and warn of times that are hardly seconds.
 
     Raises:
         FrameError: If times are all NaN or equal, or descend.
@@ -548,7 +548,7 @@ def _check_times(times: NDArray[np.float64]) -> None:
 
 
 def _warn_of_stillness(frames: NDArray[Any], times: NDArray[np.float64]) -> None:
-    """Warn if there is nothing to segment: no joint is seen in any frame, or none moves; of what is no mere pose."""
+    """Warn if a recording of `STILL_FOR` or more has nothing to segment: no joint is seen in any frame, or none moves."""
     if not len(times) or not np.nanmax(times) - np.nanmin(times) >= STILL_FOR:
         return
     known = np.full(frames.shape[1:], np.nan, frames.dtype)
@@ -593,7 +593,7 @@ def _push_all(
     `middles`, (n, 3) or (0, 3) m, are set if there are any.
     """
     frames, times = recorded
-    # The first frame that is not before each look; of frames out of order the latest time so far counts.
+    # The first frame at or after each look; for frames out of order the latest time so far counts.
     reached = np.fmax.accumulate(np.where(np.isnan(times), -np.inf, times))
     at = reached.searchsorted([time for time, _ in analyses])
     counted = {

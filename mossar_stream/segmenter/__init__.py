@@ -1,3 +1,3 @@
-"""Segmenter: frames of one performer in, events out; with limbs and all that reads the frames."""
+"""Segmenter: frames of one performer in, events out; with limbs and readers."""
 
 from mossar_stream.segmenter.segmenter import Segmenter as Segmenter

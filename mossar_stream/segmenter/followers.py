@@ -1,8 +1,8 @@
 """Followers: readers of a performer's frames besides the segmentation of the body. All are off by default.
 
 Limbs have rows of their own; moves, moves that are followed, held poses, and steps are readers; the phase is reported for
-every frame. A segmenter that is to have others gets another record of these: what is known so far stays as it is, so that
-nothing is half changed when an exception comes.
+every frame. A change gives a segmenter a new record of these and leaves the old one as it is, so that an exception leaves
+no half change.
 """
 
 from typing import NamedTuple
@@ -25,11 +25,11 @@ class Followers(NamedTuple):
 
     Attributes:
         recognition: Of moves.
-        followed: Which moves are to be followed.
+        followed: Moves to follow.
         alignment: Their alignment.
         holding: The recognition of held poses.
         stepping: Steps.
-        kept: What events are numbered on from, of what was taken away in take `kept_take`.
+        kept: Numbers of the last events of the readers that were removed in take `kept_take`; numbering continues from them.
     """
 
     recognition: Recognition | None = None
@@ -51,7 +51,7 @@ class Followers(NamedTuple):
         """Return the numbers of the last events: of the present readers, else of the last ones in this take.
 
         Args:
-            take: Which.
+            take: Number of the take.
             followed: `Alignment.numbers`, if not as they are.
         """
         known = self.kept if take == self.kept_take else Numbers(moves=self.kept.moves)
@@ -97,7 +97,7 @@ class Followers(NamedTuple):
         """Return the readers with another alignment, and the events that the change decides.
 
         Args:
-            followed: Which moves are to be followed.
+            followed: Moves to follow.
             alignment: Their alignment.
             take: Number of the take.
         """
@@ -150,13 +150,13 @@ def followers_of(
     followed: Follow,
     alignment: Alignment | None,
 ) -> Followers:
-    """Return the readers of a performer who has not been seen.
+    """Return the readers of a new performer.
 
     Args:
         plan: Of the body.
         performer: Name.
         recognition: Of moves.
-        followed: Which moves are to be followed.
+        followed: Moves to follow.
         alignment: Their alignment.
     """
     holding = _holding_of(recognition, plan, performer)

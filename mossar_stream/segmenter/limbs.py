@@ -8,17 +8,17 @@ from mossar_stream.events import BODY
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.settings import LevelName, Settings
 
-# A limb's take opens and ends with the body's. Limbs process the frames that the body processes, after it, and are not asked
-# about those that come too soon for it. Their events are added to what is pending of the body.
+# A limb's take opens and ends with the body's. Limbs process the same frames as the body, after it,
+# without those that come too soon for it. Their events are appended to the pending ones of the body.
 
 
 def settings_of_limbs(settings: Settings) -> Settings:
-    """Return the settings by which limbs are segmented, given those of the body."""
+    """Return the settings of limbs, given those of the body."""
     return settings.replace(limbs=False, phase=False, steps=False, center="root")
 
 
 def plans_of_limbs(plan: Plan) -> list[Plan]:
-    """Return the plans of the limbs that the plan of a body calls for.
+    """Return the plans of the limbs in the plan of a body.
 
     Raises:
         FrameError: See `groups_of`.
@@ -34,12 +34,12 @@ def bytes_with_limbs(plan: Plan) -> int:
 
 
 def new_limbs(plan: Plan, performer: str) -> tuple[Channel, ...]:
-    """Return the limbs that the plan of a body calls for; none if the skeleton leaves none."""
+    """Return the limbs in the plan of a body; none if the skeleton has none."""
     return tuple(Channel(limb, performer, limb.new_row()) for limb in plans_of_limbs(plan))
 
 
 def joints_of_limbs(plan: Plan) -> tuple[tuple[int, ...], ...]:
-    """Return of each limb which joints of the performer it has."""
+    """Return the joints of each limb, as indices of the performer's."""
     return tuple(limb.joints for limb in groups_of(plan.skeleton, plan.user_settings.limbs))
 
 
@@ -51,10 +51,10 @@ def pack_limb(limb: Channel, level: LevelName | float) -> bytes:
 
 
 def restored_limbs(plan: Plan, performer: str, blobs: tuple[bytes, ...]) -> tuple[Channel, ...]:
-    """Return the limbs of a snapshot, one for each that the plan of the body calls for.
+    """Return the limbs of a snapshot, one for each limb in the plan of the body.
 
     Raises:
-        SnapshotError: If they are damaged or not those of these limbs.
+        SnapshotError: If they are damaged, or belong to other limbs.
     """
     plans = plans_of_limbs(plan)
     if plans and len(blobs) != len(plans):

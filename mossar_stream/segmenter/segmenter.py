@@ -59,13 +59,13 @@ class Segmenter:
 
     Attributes:
         performer: The name.
-        joints: How many there are.
+        joints: Number of joints.
         core: The owner of all memory, which processes the frames.
 
     A segmenter is used by one thread at a time; different ones may run in different threads.
 
-    Whatever is changed is changed as a whole: it is prepared first, and then done by compiled code in one go. So neither Ctrl-C
-    nor an error leaves anything half done, and events wait here until the caller has them.
+    Each change is prepared first, and then made by compiled code in one step. Neither Ctrl-C nor an error leaves it half done,
+    and events wait here until the caller has them.
 
     Raises:
         TypeError: If `skeleton` is no `Skeleton`.
@@ -138,7 +138,7 @@ class Segmenter:
         recognition: Recognition | None = None,
         following: tuple[Follow, Alignment | None] = ((), None),
     ) -> "Segmenter":
-        """Return a segmenter that works where the others of a pool do."""
+        """Return a segmenter that shares the workspace of a pool."""
         segmenter = cls.__new__(cls)
         channels = Channel(plan, name, plan.new_row()), *new_limbs(plan, name)
         followers = followers_of(plan, name, recognition, *following)
@@ -152,7 +152,7 @@ class Segmenter:
 
     @property
     def row(self) -> Channel:
-        """The body, with all that is known of it."""
+        """The channel of the body, with its state."""
         return self.core.main
 
     @property
@@ -162,7 +162,7 @@ class Segmenter:
 
     @property
     def settings(self) -> Settings:
-        """The settings in force; `level` as it is now."""
+        """The settings in force, with the present level."""
         return self.row.plan.user_settings.replace(level=self._level)
 
     @property
@@ -205,13 +205,13 @@ class Segmenter:
     def recognising(
         self, recognition: Recognition | None, follow: Follow, alignment: Alignment | None
     ) -> Steps:
-        """Return the steps by which something else recognises moves, and something else follows them."""
+        """Return the steps that replace the recognition and the following of moves."""
         fresh, events = self._followers.recognising(recognition, self.row.plan, self.performer, self.take)
         fresh, more = fresh.following(follow, alignment, self.take)
         return [(self._pending.extend, events + more), *self._going_on_with(fresh)]
 
     def _going_on_with(self, followers: Followers) -> Steps:
-        """Return the steps by which others follow."""
+        """Return the steps that replace the readers."""
         phase = _has_phase(self.row.plan)
         return [
             (setattr, self, "_followers", followers),
@@ -248,7 +248,7 @@ class Segmenter:
 
     @property
     def following(self) -> dict[str, FollowState | None]:
-        """Where the performer is in each move that is followed at the last frame; None while it is not being made."""
+        """State of each followed move at the last frame; None while it is not being made."""
         alignment = self._followers.alignment
         return {} if alignment is None else alignment.following
 
@@ -273,9 +273,9 @@ class Segmenter:
     def level(self) -> LevelName | float:
         """The level: `posture`, `motion`, `cluster` or a strength.
 
-        Setting it acts at once on the undecided key frames and computes nothing again; the events come with the
-        next push. A name that works with other settings than those in force is refused with a `SettingsError`:
-        `change(level=...)` starts a new take with them.
+        A new level acts at once on the undecided key frames, without a new ranking; the events come with the next push. A
+        name that needs other settings than those in force is refused with a `SettingsError`: `change(level=...)` starts
+        a new take with them.
         """
         return self._level
 
@@ -284,10 +284,10 @@ class Segmenter:
         at_once([self.core], self.moving_level(self.planned_level(level)))
 
     def planned_level(self, level: LevelName | float) -> LevelName | float:
-        """Return a level that can be set, and change nothing.
+        """Return a level if it can be set, and change nothing.
 
         Raises:
-            SettingsError: If it is none, or a name that works with other settings.
+            SettingsError: If it is no level, or a name that works with other settings.
         """
         plan = self.row.plan
         chosen = plan.user_settings.replace(level=level).level
@@ -462,11 +462,11 @@ class Segmenter:
 
     @property
     def phase(self) -> float | None:
-        """Where in the cycle of a repeated movement the latest frame is, 0 to 1; None when nothing repeats."""
+        """Position of the latest frame in the cycle of a repeated movement, 0 to 1; None outside a bout."""
         return self.row.phase
 
     def end_take(self, reason: str = "") -> list[Event]:
-        """End the take: decide everything, and let the next push start a new one.
+        """End the take: decide all key frames; the next push starts a new take.
 
         Args:
             reason: The reason of the `ended` event.
@@ -483,10 +483,10 @@ class Segmenter:
         return self._taken()
 
     def release(self) -> None:
-        """Give the memory back at once; whatever is asked of the segmenter afterwards is a RuntimeError.
+        """Free the memory at once; any later call raises a RuntimeError.
 
         Raises:
-            RuntimeError: If another thread is using the segmenter, or its pool; nothing is given back then.
+            RuntimeError: If another thread is using the segmenter, or its pool; nothing is freed then.
         """
         self.core.release()
 
@@ -501,7 +501,7 @@ class Segmenter:
         return rows + sum(len(reader.state) for reader in self._followers.readers)
 
     def snapshot(self, *, with_moves: bool = True) -> bytes:
-        """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed.
+        """Return the state of the segmenter as checksummed bytes; the segmenter is not changed.
 
         Args:
             with_moves: Whether the examples of moves, by far most of it, are in it; if not, `restore` needs them.
@@ -543,11 +543,11 @@ class Segmenter:
         *,
         with_moves: bool = True,
     ) -> "Segmenter":
-        """Return a segmenter that goes on exactly where the one that made `blob` was.
+        """Return a segmenter that continues exactly from a snapshot.
 
         Args:
             blob: Of `snapshot`.
-            moves: Of a snapshot without them; others than it was made with are recognised from now on.
+            moves: For a snapshot without them; they may differ from those that it was made with.
             follow: Names of the moves that are followed from now on, or True for all; None as when it was made.
             with_moves: Whether moves are recognised at all from now on, if they were before.
 

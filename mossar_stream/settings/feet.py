@@ -1,4 +1,4 @@
-"""The text by which users say which joints are the feet."""
+"""The text by which users name the joints of the feet."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""The text by which users say which joints make a limb."""
+"""The text by which users name the joints of limbs."""
 
 import re
 
@@ -6,7 +6,7 @@ from mossar_stream.errors import SettingsError
 from mossar_stream.events import BODY
 
 MOST_LIMBS = 16  # of a skeleton
-# What stands at the place of a channel in the ids of other events.
+# Words at the place of a channel in the ids of other events.
 RESERVED = (
     BODY,
     "move",

@@ -28,7 +28,7 @@ def setting(
         unit: Of its value; empty where it has none.
         low: Smallest legal number.
         high: Largest legal number.
-        legal: Legal values where neither limits nor choices say it.
+        legal: Legal values, if neither limits nor choices state them.
     """
     extra = {"unit": unit, "effect": effect, "limits": None if low is None else (low, high), "legal": legal}
     # msgspec has none of its own for unions.
@@ -47,7 +47,7 @@ class SettingMeta(msgspec.Struct, frozen=True):
         choices: Legal words.
         kinds: Types of its values besides words among `choices`; a group of values has none.
         optional: Whether None, the value of the level's bundle, is legal.
-        written: How legal values are shown to users.
+        written: Text of the legal values for users.
     """
 
     text: str
@@ -60,7 +60,7 @@ class SettingMeta(msgspec.Struct, frozen=True):
     written: str
 
     def allows(self, value: object) -> bool:
-        """Tell whether a value is legal."""
+        """Return whether a value is legal."""
         if value is None:
             return self.optional
         if isinstance(value, bool):

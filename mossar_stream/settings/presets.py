@@ -1,8 +1,8 @@
 """Presets and levels: named sets of settings, found by evaluation on labelled recordings.
 
-A preset is where settings start from. A level is a strength; a named level also brings a bundle of the settings that
-decide what a strength means. A new level of a running segmenter changes the strength only. So the name of a level whose
-bundle is not in force is refused (`Settings.strength`).
+A preset has the initial settings. A level is a strength; a named level also brings a bundle of the settings that give a
+strength its meaning. A new level of a running segmenter changes the strength only. The name of a level whose bundle is
+not in force is therefore refused (`Settings.strength`).
 """
 
 PRESETS: dict[str, dict[str, object]] = {
@@ -79,7 +79,7 @@ _CLUSTER: dict[str, object] = {
 BUNDLES: dict[str, dict[str, object]] = {"motion": _MOTION, "posture": _POSTURE, "cluster": _CLUSTER}
 RANGE_FLOOR_SPEED = 2.0  # m/s, mean speed of the joints below which the range does not fall
 
-# Strengths that the names stand for, by what computes them: similarity or kernel form.
+# Strengths of the named levels, by similarity or kernel form.
 STRENGTHS: dict[str, dict[str, float]] = {
     "evidence": {"posture": 0.0, "motion": 1.0, "cluster": 4.0},
     "likelihood": {"posture": 0.0, "motion": 0.45, "cluster": 1.25},

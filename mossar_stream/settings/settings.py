@@ -57,7 +57,7 @@ class VarianceFloor(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class _NamedFields(msgspec.StructMeta):
-    """Lets a record refuse an unknown field by naming those that there are."""
+    """Makes a record refuse an unknown field with a list of the known ones."""
 
     def __call__(self, *args: Any, **fields: Any) -> Any:
         if unknown := next((name for name in fields if name not in self.__struct_fields__), None):
@@ -522,7 +522,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         path kernel, whose summaries have no sums from which poses could be subtracted. `rate_limit` is 0 with a `fixed`
         range, where key frames are exactly those of Algorithm 2 on the velocity of all frames. `rests` is `merge` with other
         similarities than evidence, where Algorithm 3 alone decides. Level `motion` follows the performer's own time (`tempo`) only
-        by evidence, and while `remerge_seconds` is not given: that delay is the same for everybody.
+        by evidence, and while `remerge_seconds` is not given: that delay is the same for all performers.
         """
         values = dict(BUNDLES[self.bundle])
         usual = float(str(values["window"]))
@@ -615,7 +615,7 @@ class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_onl
     rests: Rests
 
 
-# What other similarities make use of.
+# Fields that other similarities use.
 NOT_OF_EVIDENCE = (
     "features",
     "location",
@@ -625,7 +625,7 @@ NOT_OF_EVIDENCE = (
 
 
 def _check_combination(settings: Settings) -> None:
-    """Refuse a combination that the bundle in force cannot do; name the missing setting."""
+    """Refuse a combination that the bundle in force does not support; name the missing setting."""
     if settings.similarity == "evidence" and settings.bundle != "motion":
         raise SettingsError(
             f"similarity=evidence belongs to level motion, not {settings.bundle}; leave one of them out"

@@ -1,1 +1,1 @@
-"""How alike two neighbouring segments are: the protocol and the measures behind it."""
+"""Similarity of two neighbouring segments: the protocol and the measures behind it."""

@@ -1,6 +1,6 @@
-"""Comparison: how unlike the segments on both sides of a moment are, at moments all over a recording.
+"""Comparison: the strength between the segments on both sides of a moment, at moments all over a recording.
 
-This is what Li and Leung's recursion asks of the path kernel, which this package compares Mossar with.
+Li and Leung's recursion, with which this package compares Mossar, needs it from the path kernel.
 """
 
 

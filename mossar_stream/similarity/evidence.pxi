@@ -1,7 +1,7 @@
-"""Evidence: how likely one move ends and the next one begins at a key frame, for any performer and sensor.
+"""Evidence: the odds that one move ends and the next one begins at a key frame, for any performer and sensor.
 
-What people call a move ends where the movement changes, or where it stops; data sets differ in which. So both kinds of
-evidence are added up, each free of units, to log odds:
+According to people, a move ends where the movement changes, or where it stops; data sets differ in which. Both kinds of
+evidence are therefore added up, each free of units, to log odds:
 
     change  merge cost of the positions, and of the log speeds, of the segments on both sides (likelihood.pxi), in
             seconds of the performer's tempo
@@ -13,7 +13,7 @@ Peaks that do not rise above the sensor's noise are no evidence. Where movements
 takes their place (repetition_labels.pxi). The strength is log2(1 + e^odds): above 0, rising with the odds, and 1 where
 they are even.
 
-What is known of the key frame itself stands in the summary of the segment that it ends.
+The features of the key frame itself are in the summary of the segment that it ends.
 """
 
 cdef enum:  # A summary's own part begins with the peak speed and the `Features` of the key frame that ends the segment.
@@ -30,10 +30,10 @@ cdef enum:  # A summary's own part begins with the peak speed and the `Features`
     SPEED_LINES = 1
     MOST_FACTORS = 24  # variances that are multiplied before a logarithm is taken
 
-# What the terms weigh, log odds for each of their units, and what they must outweigh together (BIAS). Fitted to
-# punches, pick and place, gestures and exercises (the labelled sets precog, vmci, gesture_phase and ui_prmd): about
-# what `python -m checks.leave_out SET SET SET SET` chooses on all of them (its row "none"), in the scale of the
-# numbers before. docs/accuracy.md has what they reach on sets that were left out.
+# Weights of the terms, log odds for each of their units, and the sum that they must exceed (BIAS). Fitted to punches,
+# pick and place, gestures and exercises (the labelled sets precog, vmci, gesture_phase and ui_prmd): about the choice of
+# `python -m checks.leave_out SET SET SET SET` on all of them (its row "none"), in the scale of the numbers before.
+# docs/accuracy.md has the scores on sets that were left out.
 cdef double WEIGHTS_CHANGE_OF_POSE = 3.8
 cdef double WEIGHTS_CHANGE_OF_SPEED = 10.4
 cdef double WEIGHTS_STOP = 3.4
@@ -46,7 +46,7 @@ cdef double POSE_FLOOR = 0.15  # A, standard deviation under which poses are ali
 cdef double SPEED_FLOOR = 0.1  # variance of log speeds under which they are alike
 cdef double SPEED_FLOOR_OF_ODDS = 0.1  # V, added to the speeds in a prominence
 cdef double MOST_PROMINENT = 3.0
-cdef double PEAK_ABOVE_NOISE = 1.0  # times what the noise adds to u, which a peak must reach
+cdef double PEAK_ABOVE_NOISE = 1.0  # multiple of the noise in u that a peak must reach
 cdef double CERTAIN = 4.0  # strength of a key frame that ends a repetition
 
 
@@ -55,13 +55,13 @@ cdef struct Evidence:
     Sums sums  # positions and log speeds
 
 
-cdef struct Features:  # What is known of a key frame when it is confirmed, for measures that ask for it.
+cdef struct Features:  # Features of a key frame at its confirmation, for measures that need them.
     double speed  # m/s, lowest u from the candidate to its confirmation (u, A and V: see scales.pxi)
     double rest_distance  # A, distance from the pose in which the performer dwells
     double extent  # m, A
     double usual_speed  # m/s, V
     double tempo  # relative to ordinary
-    double noise  # m/s, what the sensor's noise adds to u
+    double noise  # m/s, the speed that the sensor's noise adds to u
     int64_t joints  # how many count and can move relative to the centre
 
 
@@ -138,7 +138,7 @@ cdef inline double _log_of_one_and_exp(double odds) noexcept nogil:
 cdef (double, double) _change(
     Evidence* params, Doubles left, Doubles right, Doubles both, double floor_of_pose
 ) noexcept nogil:
-    """Return what it costs to merge the poses, and the log speeds, of two segments, at the performer's tempo."""
+    """Return the costs of merging the poses, and the log speeds, of two segments, at the performer's tempo."""
     cdef double pose, pose_left, pose_right, speed, speed_left, speed_right
     cdef double joints = left.at[params.features + AT_JOINTS], tempo = left.at[params.features + AT_TEMPO]
     cdef double share = 1.0 / (joints * tempo), most = MOST_CHANGE / tempo

@@ -13,7 +13,7 @@ from mossar_stream.similarity.sums import set_sums, sums_end
 
 
 class Weights(NamedTuple):
-    """What the terms weigh, log odds for each of their units, and what they must outweigh together."""
+    """Weights of the terms, log odds for each of their units, and the sum that they must exceed."""
 
     change_of_pose: float
     change_of_speed: float
@@ -51,10 +51,10 @@ def traits() -> Traits:
 
 
 def takes_pose(_params: NDArray[np.void]) -> bool:
-    """Tell whether `add_frame` looks at the pose as one array: it does not."""
+    """Return whether `add_frame` reads the pose as one array: it does not."""
     return False
 
 
 def are_sound(_params: NDArray[np.void], _slots: NDArray[np.float64]) -> bool:
-    """Tell whether summaries from outside can be worked on; nothing in these is used as an index."""
+    """Return whether summaries from outside are valid; none of their numbers is used as an index."""
     return True

@@ -1,7 +1,7 @@
-"""Face of the similarity: what Python knows of it, and what it calls.
+"""Face of the similarity: constants and functions for Python.
 
-None of it is called while frames come: the functions look at whole recordings, for `Comparison`, and at single graphs,
-for checks. Arrays are contiguous.
+None of the functions is called for each frame: they compare whole recordings, for `Comparison`, and single graphs, for
+checks. Arrays are contiguous.
 """
 
 CONSTANTS.update({
@@ -108,13 +108,13 @@ def compare(
 
 
 def sum_of_paths(cnp.ndarray vertex_weights, cnp.ndarray edges, cnp.ndarray edge_weights, int64_t turns=1):
-    """Return `path_sum`, computed so many times.
+    """Compute `path_sum` so many times, and return it.
 
     Args:
         vertex_weights: (V,) float64.
         edges: (E, 2) int64.
         edge_weights: (E,) float64.
-        turns: How often.
+        turns: Number of computations.
 
     Raises:
         ValueError: More edges, or vertices, than are supported.

@@ -1,4 +1,4 @@
-"""Likelihood: how much better two segments are described apart than together.
+"""Likelihood: the cost of describing two segments together instead of apart.
 
 Every dimension of the pose (positions relative to the centre, distances between joints, log speeds) gets a
 Gaussian per segment. Merging segments a and b costs
@@ -9,7 +9,7 @@ with T the durations in seconds and r a floor on the variance. The cost weighs e
 duration and needs nothing but sums: it is mergeable, and no frame is kept.
 """
 
-# m and m²; joints in one place lie as far apart at least, so that only pairs that do not count have sums of 0.
+# m and m²; least distance of joints in one place, so that only pairs that do not count have sums of 0.
 cdef float LEAST_DISTANCE = 1e-12
 cdef float LEAST_SQUARE = 1e-24
 
@@ -33,7 +33,7 @@ cdef struct Likelihood:
 
 
 cdef void likelihood_add_frame(Likelihood* params, Doubles summary, SummaryFrame* frame) noexcept nogil:
-    """Add one frame to a summary, and to the sums in the body that wait; its pose is looked at for distances only."""
+    """Add one frame to a summary, and to the waiting sums in the body; its pose is read for distances only."""
     add_features(summary, frame)
     if params.offsets > 0:
         _add_pairs(params, summary, frame.pose, frame.joints, frame.weight)
@@ -59,14 +59,14 @@ cdef void likelihood_add_pose(
 cdef void likelihood_add_joint(
     Likelihood* params, Doubles summary, FloatRows pose, int64_t joints, int64_t j
 ) noexcept nogil:
-    """Let a joint have rest where it is for as long as a summary lasts.
+    """Add a joint to a summary as if it had rested at its present place all the time.
 
     Args:
         params: Of the measure.
         summary: Of the segment.
         pose: (4, padded joints) m relative to the centre (3) and log speed (1); x is NaN where a joint does not count.
         joints: J.
-        j: Which joint.
+        j: Index of the joint.
     """
     cdef int64_t row, k, side, i, at = params.sums.start + params.sums.positions + params.sums.speeds
     cdef float distance
@@ -148,7 +148,7 @@ cdef void likelihood_close(Likelihood* params, Doubles summary) noexcept nogil:
 
 
 cdef double _presence(Likelihood* params, const double* squares, int64_t count) noexcept nogil:
-    """Return by what to multiply the sum over pairs of joints where some of them do not count.
+    """Return the factor of the sum over pairs of joints if some of them do not count.
 
     Costs are scaled by the share of joints that count when they are used (`rank`, window.pxi). Of the pairs a smaller
     share counts: m (m - 1) of J (J - 1) where m joints count, of which the root does not move.
@@ -206,7 +206,7 @@ cdef double likelihood_strength(Likelihood* params, Doubles left, Doubles right,
 cdef double likelihood_merge_cost(
     Likelihood* params, Doubles left, Doubles right, Doubles both
 ) noexcept nogil:
-    """Return the same where `both` is the summary of both already."""
+    """Return the same cost if `both` is already the summary of both."""
     cdef double cost, short_segment = params.short_segment
     if not (left.at[DURATION] > SHORTEST_SEGMENT and right.at[DURATION] > SHORTEST_SEGMENT):
         return 0.0

@@ -58,10 +58,10 @@ def traits() -> Traits:
 
 
 def takes_pose(params: NDArray[np.void]) -> bool:
-    """Tell whether `add_frame` looks at the pose as one array: for distances."""
+    """Return whether `add_frame` reads the pose as one array: for distances."""
     return bool(params["offsets"][0])
 
 
 def are_sound(_params: NDArray[np.void], _slots: NDArray[np.float64]) -> bool:
-    """Tell whether summaries from outside can be worked on; nothing in these is used as an index."""
+    """Return whether summaries from outside are valid; none of their numbers is used as an index."""
     return True

@@ -1,7 +1,7 @@
 """Similarity: the small protocol that lets one remerge work with any measure, and the measures there are.
 
-A measure is a kind, a record of parameters, and functions on summaries as described in `summary.pxi`. In Python a module
-belongs to it, which fills the record and says what the measure asks for (`protocol.py`). A new measure is a file beside
+A measure is a kind, a record of parameters, and functions on summaries as described in `summary.pxi`. A Python module
+fills the record and states the requirements of the measure (`protocol.py`). A new measure is a file beside
 this one, such a module and a row in `MEASURES`, a kind, a member of `Measure`, and a branch in each function below.
 """
 
@@ -51,7 +51,7 @@ cdef void add_pose(
 cdef void add_joint(
     Measure* measure, Doubles summary, FloatRows pose, int64_t joints, int64_t j
 ) noexcept nogil:
-    """Add a joint that was missing so far to a summary, as if it had rest where it is all along."""
+    """Add a joint that was missing so far to a summary, as if it had rested at its present place all the time."""
     if measure.kind == EVIDENCE:
         add_resting_joint(&measure.evidence.sums, summary, pose, j)
     elif measure.kind == LIKELIHOOD:
@@ -71,7 +71,7 @@ cdef void merge_into(Measure* measure, Doubles target, Doubles other) noexcept n
 
 
 cdef void close(Measure* measure, Doubles summary) noexcept nogil:
-    """Set what is kept of a whole segment: with evidence nothing, since what it compares depends on the key frame."""
+    """Complete the summary of a whole segment; evidence adds nothing, since its comparison depends on the key frame."""
     if measure.kind == EVIDENCE:
         summary.at[TERM] = 0.0
     elif measure.kind == LIKELIHOOD:
@@ -113,6 +113,6 @@ cdef double similarity(Measure* measure, double cost, Doubles left, Doubles righ
 
 
 cdef void write_features(Measure* measure, Doubles summary, Features features) noexcept nogil:
-    """Write what is known of a key frame into the summary of the segment that it ends, if the measure asks for it."""
+    """Write the features of a key frame into the summary of the segment that it ends, if the measure needs them."""
     if measure.kind == EVIDENCE:
         evidence_write_features(&measure.evidence, summary, &features)

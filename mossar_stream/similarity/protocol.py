@@ -4,9 +4,9 @@ A measure is a module with
 
     set_params(params, settings, joints, padded_joints, center)     its record of parameters, of one element
     slot_size(params)                                               length of a summary
-    traits()                                                        what frames and key frames must be like
+    traits()                                                        requirements on frames and key frames
     takes_pose(params)                                              whether frames are added as one array
-    are_sound(params, slots)                                        whether summaries from outside can be worked on
+    are_sound(params, slots)                                        whether summaries from outside are valid
 
 and its functions on summaries in the core, which `protocol.pxi` chooses from.
 """
@@ -51,18 +51,18 @@ def traits(settings: ResolvedSettings) -> Traits:
 
 
 def takes_pose(settings: ResolvedSettings, params: NDArray[np.void]) -> bool:
-    """Tell whether `add_frame` looks at the pose as one array."""
+    """Return whether `add_frame` reads the pose as one array."""
     return MEASURES[settings.similarity].takes_pose(params[settings.similarity])  # type: ignore[no-any-return]
 
 
 def are_sound(settings: ResolvedSettings, params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
-    """Tell whether summaries from outside can be worked on.
+    """Return whether summaries from outside are valid.
 
-    Durations must be numbers of seconds, up to what is lost by rounding when poses are taken out: the core compares
-    costs to find the smallest one, and one that is NaN would never be found.
+    Durations must be numbers of seconds, except for the rounding when poses are taken out: the core searches the smallest
+    cost, and would never find one that is NaN.
 
     Args:
-        settings: Which measure.
+        settings: They name the measure.
         params: Of `make_params`.
         slots: (n, slot).
     """

@@ -10,7 +10,7 @@ class Traits(NamedTuple):
         is_filtered: Poses are low-pass filtered, and log speeds are relative to the usual speed.
         is_rms: The velocity is that of the joints' rms path, instead of the sum of their paths.
         has_features: Key frames come with `Features`, which need filtered poses: they are reported after a refractory
-            period, where poses show them, and judged by what is repeated.
+            period, at the frame that the poses show, and judged by counted repetitions.
         is_mean: Costs are means over all joints, those that do not count included.
     """
 

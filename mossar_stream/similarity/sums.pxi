@@ -7,7 +7,7 @@ summary.
 cdef double LOG_OF_2 = 0.6931471805599453
 
 
-cdef struct Sums:  # Where the sums lie in a summary; after them come the sums of squares in the same order.
+cdef struct Sums:  # Places of the sums in a summary; the sums of squares follow in the same order.
     int64_t start
     int64_t dimensions  # padded; how many there are before their squares
     int64_t positions  # of them: 3 for each padded joint, or 0
@@ -61,7 +61,7 @@ cdef void flush_waiting(Sums* sums, Doubles summary, Floats body, int64_t padded
 
 
 cdef inline bint _has_axis(Sums* sums, int64_t axis) noexcept nogil:
-    """Tell whether there are sums of x, y and z (0 to 2), or of log speeds (3)."""
+    """Return whether there are sums of x, y and z (0 to 2), or of log speeds (3)."""
     return sums.positions > 0 if axis < 3 else sums.speeds > 0
 
 
@@ -111,13 +111,13 @@ cdef inline void _add_values(
 
 
 cdef void add_resting_joint(Sums* sums, Doubles summary, FloatRows pose, int64_t j) noexcept nogil:
-    """Let a joint have rest where it is for as long as a summary lasts.
+    """Add a joint to a summary as if it had rested at its present place all the time.
 
     Args:
         sums: Of the measure.
         summary: Of the segment.
         pose: (4, padded joints) m relative to the centre (3) and log speed (1).
-        j: Which joint.
+        j: Index of the joint.
     """
     cdef int64_t axis, at = sums.start
     for axis in range(4):
@@ -127,7 +127,7 @@ cdef void add_resting_joint(Sums* sums, Doubles summary, FloatRows pose, int64_t
 
 
 cdef inline void set_constant(Sums* sums, Doubles summary, int64_t d, float value) noexcept nogil:
-    """Let a dimension have had one value all along."""
+    """Set a dimension to one value for the whole summary."""
     cdef double weighted = summary.at[DURATION] * value
     summary.at[d] = weighted
     summary.at[d + sums.dimensions] = weighted * value

@@ -1,4 +1,4 @@
-"""Where the sums of `sums.pxi` lie in a summary."""
+"""Places of the sums of `sums.pxi` in a summary."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,7 +7,7 @@ from mossar_stream.core.kernels import PADDING
 
 
 def set_sums(sums: NDArray[np.void], start: int, positions: int, speeds: int, others: int) -> None:
-    """Set where the sums lie.
+    """Set the places of the sums.
 
     Args:
         sums: (1,) record.

@@ -1,4 +1,4 @@
-"""Kernels of the similarity as tests call them, with arrays as in face.pxi."""
+"""Kernels of the similarity for tests, with arrays as in face.pxi."""
 
 
 import numpy as np
@@ -88,7 +88,7 @@ def blocks_subset_sum(near, link, inner, ends, /):
     """Sum a block by subsets.
 
     Raises:
-        ValueError: More groups of twins than are summed so.
+        ValueError: More groups of twins than this method supports.
     """
     cdef Block block = block_of(near, link, inner, ends)
     cdef Twins twins

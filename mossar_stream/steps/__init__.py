@@ -1,1 +1,1 @@
-"""Steps: when a foot leaves the ground, and when it comes down again."""
+"""Steps: the times at which a foot leaves the ground and comes down again."""

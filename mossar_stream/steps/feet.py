@@ -1,4 +1,4 @@
-"""Feet: which joints or markers of a skeleton belong to which foot, by name."""
+"""Feet: the joints or markers of each foot, by name."""
 
 from mossar_stream.errors import FrameError
 from mossar_stream.joint_names import plain_name
@@ -26,7 +26,7 @@ def feet_of(skeleton: Skeleton, named: str = "") -> dict[str, tuple[int, ...]]:
 
     Args:
         skeleton: Of the performer.
-        named: As `parse_feet` takes it; empty for joints that are known by name.
+        named: A text for `parse_feet`; empty for joints that are known by name.
 
     Raises:
         FrameError: If a joint is not there, or the feet are not known.

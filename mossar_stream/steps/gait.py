@@ -16,13 +16,13 @@ class Step(msgspec.Struct, frozen=True):
 
     Args:
         side: Of the foot.
-        start: When it came down, s.
-        end: When it came down again, s; None of the last step, or where a pause follows.
+        start: Time of its strike, s.
+        end: Time of its next strike, s; None of the last step, or where a pause follows.
         step_time: s since the other foot came down; None of the first step, or after a pause.
         stance: s until the foot left the ground.
         swing: s from then until it came down again.
         cadence: Steps a minute: 60 / `step_time`.
-        step_length: m from where the other foot came down to where this one did.
+        step_length: m from the other foot's last strike to this one.
     """
 
     side: Side
@@ -39,7 +39,7 @@ class Gait(msgspec.Struct, frozen=True):
     """Medians of the steps of a recording; None where there are too few.
 
     Args:
-        steps: How many strikes.
+        steps: Number of strikes.
         cadence: Steps a minute, by the median step time.
         step_time: Median of each side, s.
         stance: Median of each side, s.

@@ -1,10 +1,10 @@
-"""Tracking: a foot's speed and place over the last seconds, and what it does: stand, begin to move, swing, come down.
+"""Tracking: a foot's speed and place over the last seconds, and its state: stand, begin to move, swing, come down.
 
 A foot is as fast as the slowest of its points: while the heel rises and the toes stand, it stands. It leaves the ground
 where its speed passes a share of the greatest speed of the swing that follows. It comes down where the speed falls
-below another share. So slow and fast steps are measured alike. A swing that goes less far than `LEAST_WAY` is a wiggle.
+below another share. The shares make slow and fast steps comparable. A swing shorter than `LEAST_WAY` is a wiggle.
 
-On a treadmill the ground moves. Its velocity is that which both feet have for most of the time, while they are low. Once it is
+On a treadmill the ground moves. Its velocity is the one that both feet have for most of the time while they are low. Once it is
 known, the last seconds are judged again, and all places and speeds are those on the belt. Over ground nothing is subtracted.
 """
 
@@ -27,7 +27,7 @@ cdef double LEAST_WAY = 0.06
 cdef double LEAST_WAY_OF_ANKLES = 0.08  # m
 cdef double LEAST_PEAK = 0.35  # m/s, the greatest speed of a step
 cdef double MAY_LEAVE = 0.25  # m/s, from which a foot may be about to leave
-cdef double QUIET_AT_LEAST = 0.08, QUIET_AT_MOST = 0.3  # m/s: what counts as standing still
+cdef double QUIET_AT_LEAST = 0.08, QUIET_AT_MOST = 0.3  # m/s, limits of standing still
 cdef double TIMES_NOISE = 3.0  # times the speed that a standing foot seems to have
 cdef double REST = 0.05  # s that a foot has been down before it is reported
 cdef double WIGGLE = 0.1  # s of rest that end a movement which was no step
@@ -38,17 +38,17 @@ cdef double HOP = 0.12  # m above where it stood, while the other foot is not st
 cdef double UP_TIME = 1.0  # s, over which the direction upwards is averaged
 # The belt of a treadmill.
 cdef double BELT_EVERY = 0.1  # s between two looks for a belt
-cdef double BELT_TIME = 1.6  # s that are looked at, more than a stride
+cdef double BELT_TIME = 1.6  # s that are compared, more than a stride
 cdef double BELT_AT_LEAST = 0.8  # s
 cdef double SLOWEST_BELT = 0.12  # m/s
-cdef double BELT_NEAR = 0.1  # m/s, and a tenth of the speed: what counts as the same velocity
+cdef double BELT_NEAR = 0.1  # m/s, and a tenth of the speed: largest difference of equal velocities
 cdef double BELT_SHARE = 0.28  # of the time in which a foot stands, in running less than in walking
-cdef double BELT_TIMES = 3.0  # as often as standing still: so a swing, which is fast for long, is no belt
+cdef double BELT_TIMES = 3.0  # as often as standing still: a swing, which is fast for long, is thus no belt
 cdef double BELT_JUMP = 0.3  # m/s, by which a belt differs from the one that was followed
 cdef double BELT_FOLLOWS = 0.25  # s, in which standing feet change the belt's velocity
 cdef double GROUND_SHARE = 0.5  # of the time in which feet stand still: the belt has stopped
 cdef enum:
-    MOST_MOVES = 264  # velocities that are looked at
+    MOST_MOVES = 264  # velocities that are compared
     REWOUND = 240  # samples that are judged again
     CATCH_UP = 3  # samples that are judged with one frame
 cdef enum:
@@ -60,7 +60,7 @@ cdef enum:
     STRIKE = 1
     OFF = 2
 
-# Sizes are numbers below: numpy is told of these records, and Cython describes no other arrays to it.
+# Sizes are numbers below: numpy knows these records, and Cython can describe no other arrays to it.
 cdef struct Foot:
     int64_t points[4]  # joints, -1 for none
     int64_t state
@@ -70,7 +70,7 @@ cdef struct Foot:
     double speeds[256]  # m/s
     float places[256][4][3]  # m
     float moves[256][4]  # m/s along the ground of its lowest point, and the height of that, m; NaN where it is not known
-    double drifts[256][3]  # m, how far the belt had gone
+    double drifts[256][3]  # m, way of the belt so far
     int64_t judged  # samples so far
     double last  # s, time of the latest event
     double centre[3]  # m, mean of the points that are seen, of the latest sample
@@ -81,7 +81,7 @@ cdef struct Foot:
     double way  # m, farthest from the base in this movement
     double rest  # s, since when it has been slow; NaN if it is not
     int64_t first  # sample behind the last gap
-    # What is reported: written when `event` is not NO_NEWS.
+    # The report, written when `event` is not NO_NEWS.
     int64_t event
     double time  # s
     double place[3]  # m
@@ -99,7 +99,7 @@ cdef struct Steps:
     double sensitivity
     double way  # m, least way of a step
     double belt[3]  # m/s, velocity of the ground
-    double drift[3]  # m, how far it has gone
+    double drift[3]  # m, its way so far
     double looked  # s, when it was looked for
     int64_t number  # of the latest event of the take
     int64_t take
@@ -108,13 +108,13 @@ cdef struct Steps:
 cdef int64_t follow_feet(
     uint8_t* state, uint8_t* store, float* positions, int64_t joints, double time
 ) noexcept nogil:
-    """Process a frame; a function as readers have it.
+    """Process a frame; a function of a reader.
 
     Args:
         state: Steps.
-        store: Not looked at.
+        store: Not used.
         positions: (J, 3) m.
-        joints: Not looked at.
+        joints: Not used.
         time: s.
 
     Returns:
@@ -164,7 +164,7 @@ cdef void _forget(Steps* own, double time) noexcept nogil:
 
 
 cdef void _find_up(Steps* own, float* positions, double step) noexcept nogil:
-    """Let the direction upwards follow that from the feet to the head."""
+    """Update the direction upwards with that from the feet to the head."""
     cdef double share, top, bottom
     cdef int64_t tops, k, d, f
     if own.is_up_given:
@@ -185,7 +185,7 @@ cdef void _find_up(Steps* own, float* positions, double step) noexcept nogil:
 
 
 cdef bint _sample(Steps* own, Foot* foot, float* positions, double time) noexcept nogil:
-    """Note where a foot is; return whether it is seen."""
+    """Note the place of a foot; return whether it is seen."""
     cdef int64_t number, here, seen, d, k, joint
     cdef bint whole
     number = foot.count
@@ -228,7 +228,7 @@ cdef void _judge_samples(Steps* own, int64_t f) noexcept nogil:
 
 
 cdef bint _measure_foot(Steps* own, Foot* foot, int64_t number) noexcept nogil:
-    """Find where a foot was at a sample, on the belt if there is one, and how fast; return whether its speed is known."""
+    """Find the place and the speed of a foot at a sample, on the belt if there is one; return whether the speed is known."""
     cdef int64_t here, there, seen, d, k, before
     cdef double time, speed
     here = number % FOOT_RING
@@ -364,7 +364,7 @@ cdef void _find_belt(Steps* own, double time) noexcept nogil:
 cdef void _accept_belt(
     Steps* own, double time, double[4]* moves, int64_t* of, int64_t count, double* best, int64_t still
 ) noexcept nogil:
-    """Let a velocity be the belt's, if it is one."""
+    """Accept a velocity as the belt's if the feet bear it out."""
     cdef double speed, other, low, high
     cdef int64_t f, k, d, own_hits, lows, highs
     cdef bint moved
@@ -398,7 +398,7 @@ cdef void _accept_belt(
 
 
 cdef void _rewind_foot(Steps* own, Foot* foot, double time) noexcept nogil:
-    """Let a foot be judged again from as early as its places are known, on the belt."""
+    """Judge a foot again on the belt, from its earliest known place on."""
     cdef int64_t n, d
     n = max(foot.first, foot.count - REWOUND)
     foot.first = foot.judged = n
@@ -419,7 +419,7 @@ cdef bint _near_move(double* move, double* other) noexcept nogil:
 
 
 cdef int64_t _moves_like(double[4]* moves, int64_t* of, int64_t count, double* move, int64_t f) noexcept nogil:
-    """Return how many velocities of a foot, or of both for -1, are near one."""
+    """Return the number of velocities of a foot, or of both for -1, near one."""
     cdef int64_t k, found
     found = 0
     for k in range(count):
@@ -429,7 +429,7 @@ cdef int64_t _moves_like(double[4]* moves, int64_t* of, int64_t count, double* m
 
 
 cdef void _middle_of_moves(double[4]* moves, int64_t count, double* move) noexcept nogil:
-    """Let a velocity be the mean of those near it."""
+    """Replace a velocity by the mean of those near it."""
     cdef double sums[3]
     cdef int64_t k, d, found
     found = 0
@@ -445,7 +445,7 @@ cdef void _middle_of_moves(double[4]* moves, int64_t count, double* move) noexce
 
 
 cdef void _follow_belt(Steps* own, Foot* foot, int64_t here, double step) noexcept nogil:
-    """Let the belt's velocity follow that of a foot which stands; `step` is the time since the sample before, s."""
+    """Update the belt's velocity with that of a standing foot; `step` is the time since the sample before, s."""
     cdef int64_t d
     if step > 0.0 and isfinite(foot.moves[here][0]):
         for d in range(3):
@@ -453,7 +453,7 @@ cdef void _follow_belt(Steps* own, Foot* foot, int64_t here, double step) noexce
 
 
 cdef void _judge(Steps* own, int64_t f, int64_t number) noexcept nogil:
-    """Go on with the state of a foot after a sample, and note an event."""
+    """Update the state of a foot after a sample, and note an event."""
     cdef Foot* foot
     cdef int64_t here, d
     cdef double quiet, speed, middle
@@ -486,7 +486,7 @@ cdef void _judge(Steps* own, int64_t f, int64_t number) noexcept nogil:
 
 
 cdef void _tracking_begin(Foot* foot, double speed, int64_t number, double quiet) noexcept nogil:
-    """Let a foot that is seen for the first time stand or swing."""
+    """Decide whether a foot that is seen for the first time stands or swings."""
     cdef int64_t d
     if speed < quiet:
         foot.state = FOOT_STANDING
@@ -510,7 +510,7 @@ cdef double _tracking_distance(Foot* foot) noexcept nogil:
 
 
 cdef void _tracking_leave(Steps* own, Foot* foot, double speed, double middle, double quiet) noexcept nogil:
-    """Report that a foot left the ground, once it has gone far enough; let one that only wiggled stand."""
+    """Report that a foot left the ground, once it has gone far enough; a foot that only wiggled stands again."""
     cdef bint is_step
     cdef double level
     cdef int64_t at, d
@@ -555,7 +555,7 @@ cdef void _land(Steps* own, int64_t f, Foot* foot, double speed, int64_t number,
 
 
 cdef double _crossing(Foot* foot, int64_t at, double level) noexcept nogil:
-    """Return when the speed crossed a level between sample `at` and the one before, s."""
+    """Return the time at which the speed crossed a level between sample `at` and the one before, s."""
     cdef double share
     cdef int64_t b, a
     b, a = at % FOOT_RING, (at - 1) % FOOT_RING
@@ -589,7 +589,7 @@ cdef bint _hangs(Steps* own, int64_t f) noexcept nogil:
 
 
 cdef void _report(Steps* own, Foot* foot, int64_t event, double time) noexcept nogil:
-    """Note an event with how sure it is: how far beyond a wiggle and beyond the noise the movement was."""
+    """Note an event with its confidence: the excess of the movement over a wiggle and the noise."""
     cdef int64_t d, at
     cdef double far, clear
     if time <= foot.last:

@@ -1,7 +1,7 @@
 """Compiles the core: Cython to C, C to the extensions that lie in `mossar_stream/core`.
 
-    python -m build_core              # what is out of date, in place; a minute
-    python -m build_core --force      # all of it
+    python -m build_core              # outdated extensions, in place; a minute
+    python -m build_core --force      # all of them
     python -m build_core --quick      # in half the time: the same results, but the core is slower; to try a change
     python -m build_core --strict     # warnings of Cython and of the C compiler are errors
     python -m build_core --sanitize   # with checks of addresses and of undefined behaviour: see checks.sanitized

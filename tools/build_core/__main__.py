@@ -8,7 +8,7 @@ from build_core.extensions import build, variants
 
 
 def main() -> None:
-    """Compile what is out of date, and say what was done."""
+    """Compile outdated extensions, and print them."""
     parser = argparse.ArgumentParser(
         prog="python -m build_core", description=text, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,4 +1,4 @@
-"""Which C compiler there is, and how it is asked."""
+"""The C compiler of this machine, and its options."""
 
 import os
 import platform
@@ -19,11 +19,11 @@ SANITIZED = [
     "-ffp-contract=off",
     "-fno-wrapv",  # Python's own flags let integers wrap: an overflow would not be found
     "-fsanitize=address,undefined,float-cast-overflow",
-    "-fno-sanitize=object-size",  # finds less than the check of addresses, and says less
+    "-fno-sanitize=object-size",  # finds and reports less than the check of addresses
     "-fno-sanitize-recover=all",
     "-fno-omit-frame-pointer",
 ]
-# What the C that Cython writes has by design: parameters of slots, initialisers that end early, casts of functions.
+# Warnings that Cython's C causes by design: parameters of slots, initialisers that end early, casts of functions.
 STRICT = [
     "-Wall",
     "-Wextra",
@@ -94,7 +94,7 @@ def _multiarch_headers() -> list[str]:
 
 
 def commands() -> dict[str, str]:
-    """Return what setuptools reads from the environment: how to compile, and how to link.
+    """Return the commands that setuptools reads from the environment, to compile and to link.
 
     Python's own command for linking has options that a system may need; its first word is the compiler, which is replaced.
     Zig's linker refuses some of those that a distribution adds on Linux, and needs none of them.
@@ -111,7 +111,7 @@ def commands() -> dict[str, str]:
 
 
 def flags_for(variant: str, command: str, *, is_sanitized: bool, is_quick: bool = False) -> list[str]:
-    """Return the options that decide what one of the two extensions does.
+    """Return the options of one of the two extensions.
 
     Args:
         variant: `baseline` or `x86_64_v3`.

@@ -23,7 +23,7 @@ def variants() -> list[str]:
 
 
 def work_folder(variant: str) -> Path:
-    """Return where the C and the objects of an extension are kept."""
+    """Return the folder of the C and the objects of an extension."""
     return ROOT / "build" / "core" / (sysconfig.get_config_var("SOABI") or sysconfig.get_platform()) / variant
 
 
@@ -38,14 +38,14 @@ def build(
     """Compile the core in place; return the extensions, and whether each was compiled.
 
     Args:
-        is_strict: Warnings are errors; what is up to date is compiled, too. MOSSAR_STRICT=1 asks for it, too.
-        is_sanitized: Addresses and undefined behaviour are checked at run time. MOSSAR_SANITIZE=1 asks for it, too.
-        is_forced: Compile what is up to date, too.
-        is_quick: Compiling is to be quick, not the extension. MOSSAR_QUICK=1 asks for it, too.
+        is_strict: Warnings are errors; unchanged extensions are compiled, too. MOSSAR_STRICT=1 sets it, too.
+        is_sanitized: Addresses and undefined behaviour are checked at run time. MOSSAR_SANITIZE=1 sets it, too.
+        is_forced: Compile unchanged extensions, too.
+        is_quick: Compiling is to be quick, not the extension. MOSSAR_QUICK=1 sets it, too.
         only: One of the two.
 
     Raises:
-        SystemExit: With what the compiler said, or a line that says what to install.
+        SystemExit: With the compiler's output, or a line about a missing program.
     """
     is_strict |= bool(os.environ.get(STRICT))
     is_sanitized |= bool(os.environ.get(SANITIZE))
@@ -82,7 +82,7 @@ def build(
 def run_each(arguments: list[list[str]], environment: dict[str, str] | None = None) -> None:
     """Run `build_core.extension` once for each list of arguments, at the same time.
 
-    What fails first is shown alone: errors in what two extensions share would stand there twice.
+    The first failure is shown alone: errors in shared sources would appear twice.
     """
     path = os.pathsep.join(filter(None, [str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH")]))
     variables = {**os.environ, **(environment or {}), "PYTHONPATH": path}
@@ -103,7 +103,7 @@ def run_each(arguments: list[list[str]], environment: dict[str, str] | None = No
 
 
 def _recipe(flags: list[str]) -> str:
-    """Return what makes another extension of the same sources, with the same compiler."""
+    """Return the options that distinguish extensions of the same sources and compiler."""
     import Cython
 
     ours = "".join(path.read_text(encoding="utf-8") for path in sorted(Path(__file__).parent.glob("*.py")))

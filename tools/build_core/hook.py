@@ -1,4 +1,4 @@
-"""What hatchling calls for a wheel and for an editable install."""
+"""The hook that hatchling calls for a wheel and for an editable install."""
 
 import sys
 from pathlib import Path
@@ -16,7 +16,7 @@ class CompileCore(BuildHookInterface[Any]):
     """Compiles the core in place, and puts the extensions into the wheel."""
 
     def dependencies(self) -> list[str]:
-        """Return what compiling needs; zig only where there is no compiler."""
+        """Return the requirements of compiling; zig only where there is no compiler."""
         return [*REQUIRED, *([] if configured() else [ZIG])]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
@@ -24,7 +24,7 @@ class CompileCore(BuildHookInterface[Any]):
 
         Args:
             version: `standard` or `editable`; both have the extensions beside the sources.
-            build_data: What hatchling puts into the wheel.
+            build_data: Content of the wheel for hatchling.
         """
         del version
         built = build()

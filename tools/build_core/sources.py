@@ -1,4 +1,4 @@
-"""What the core is compiled from, which extension was compiled from what, and what it tells Python of its records."""
+"""The sources of the core, the state of each extension, and the declarations of records for Python."""
 
 import re
 import zlib
@@ -18,7 +18,7 @@ def sources() -> list[Path]:
 
 
 def built_from(compiler: str, recipe: str) -> str:
-    """Return what an extension says of itself: a line with the compiler and the recipe's checksum, then one for each source.
+    """Return the state of an extension: a line with the compiler and the recipe's checksum, then one for each source.
 
     Args:
         compiler: The name of its program.

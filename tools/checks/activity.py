@@ -1,10 +1,9 @@
-"""How soon and how surely the activity is reported, and how late every other event is.
+"""Delay and certainty of the activity, and the delay of every other event.
 
     python -m checks.activity [SET ...] [--holds DIR] [--demos 20] [--seconds 60] [--minutes 10]
 
-First the activity: of each bout of movement of the built-in performer whether there is exactly one `moving` and one
-`resting`, and how late; bouts too short to be one in the labelled SETs; and bouts that noise makes of somebody who
-stands. Then the delays of key frames and segments by level, as docs/events.md has them, from the performer and the SETs.
+First the activity: whether each bout of movement of the built-in performer has exactly one `moving` and one `resting`,
+and their delays; bouts too short to be one in the labelled SETs; and bouts that noise causes for a standing performer. Then the delays of key frames and segments by level, as docs/events.md has them, from the performer and the SETs.
 With --holds the F1 of the final key frames on recordings of holds, for both values of the setting `rests`.
 """
 
@@ -51,7 +50,7 @@ class Bout(NamedTuple):
 
 
 class Reported(NamedTuple):
-    """What was reported of the activity of a performer.
+    """Reports of the activity of a performer.
 
     Args:
         events: Those of the body.
@@ -83,7 +82,7 @@ def streamed(skeleton: Skeleton, frames: Frames, settings: Settings, fps: float 
 
 
 def activity_of(events: Iterable[Event], end: float) -> Reported:
-    """Return what was reported of the body's activity."""
+    """Return the reports of the body's activity."""
     found = [event for event in events if isinstance(event, ActivityEvent) and event.channel == BODY]
     return Reported(found, end)
 
@@ -101,7 +100,7 @@ def bouts_of_performer(seed: int, seconds: float) -> tuple[Skeleton, Frames, lis
 
 
 def is_exact(bout: Bout, reported: Reported) -> bool:
-    """Tell whether exactly one `moving` and one `resting` were reported of a bout."""
+    """Return whether exactly one `moving` and one `resting` were reported of a bout."""
     states = [e.state for e in reported.events if bout.begin - AROUND <= e.start <= bout.end + AROUND]
     return states == ["moving", "resting"]
 
@@ -115,7 +114,7 @@ def quantiles(delays: Sequence[float]) -> str:
 
 
 def print_performer(demos: int, seconds: float) -> None:
-    """Print what is reported of the built-in performer."""
+    """Print the reports of the built-in performer."""
     exact = count = 0
     delays = defaultdict[str, list[float]](list)
     for seed in range(1, demos + 1):
@@ -131,7 +130,7 @@ def print_performer(demos: int, seconds: float) -> None:
 
 
 def print_standing(minutes: float) -> None:
-    """Print what noise makes of a performer who stands, for every level and preset."""
+    """Print the false bouts of a standing performer with noise, for every level and preset."""
     for kind in ("white", "kinect"):
         played = performance(1, fps=RATE, moves=(f"stand:{60.0 * minutes:g}",), noise=NOISE, noise_kind=kind)
         chosen = [Settings(level=level) for level in LEVEL_NAMES]  # type: ignore[arg-type]
@@ -200,7 +199,7 @@ def print_delays(takes: Sequence[Take], demos: int, seconds: float) -> None:
 
 
 def print_holds(takes: Sequence[Take]) -> None:
-    """Print how well the ends of holds and rests are found."""
+    """Print the F1 of the ends of holds and rests."""
     for rests in get_args(RestsName):
         scores = []
         for take in takes:

@@ -4,7 +4,7 @@
     python -m checks.builds --compilers zig
 
 For each compiler, in fresh environments: an sdist, a wheel from the sdist, the wheel installed and used; then an editable
-install of what the sdist holds, compiled with little optimisation, used, and refused when a source has changed. For zig, PATH has no compiler.
+install of the sdist's content, compiled with little optimisation, used, and refused when a source has changed. For zig, PATH has no compiler.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 COMPILERS = ("system", "zig")
 PATIENCE = 900.0  # s, for one command
-# What only the core needs. The rest of the project's needs are not built here.
+# Requirements of the core alone; the others are not built here.
 NEEDS = ("numpy", "msgspec")
 USE = """
 import os, sys
@@ -32,7 +32,7 @@ print(core.__name__.rpartition(".")[2], core.BUILT_FROM.split()[2], os.path.dirn
 """
 
 
-class Refused(Exception):  # noqa: N818 - what a build does
+class Refused(Exception):  # noqa: N818 - it names the event
     """A step did not end as it should."""
 
 
@@ -54,7 +54,7 @@ def main() -> int:
 
 
 def try_compiler(compiler: str, sdist: Path, home: Path) -> bool:
-    """Go every way with one compiler; print what fails, and return whether something did."""
+    """Try every way with one compiler; print failures, and return whether there were any."""
     try:
         try_wheel(compiler, sdist, home)
         try_editable(compiler, sdist, home)
@@ -83,7 +83,7 @@ def try_wheel(compiler: str, sdist: Path, home: Path) -> None:
 
 
 def try_editable(compiler: str, sdist: Path, home: Path) -> None:
-    """Install what the sdist holds as a checkout; change a source, and see that the core is refused."""
+    """Install the sdist's content as a checkout; change a source, and check that the core is refused."""
     python = environment(home / "editable")
     with tarfile.open(sdist) as archive:
         archive.extractall(home / "checkout", filter="data")
@@ -119,7 +119,7 @@ def check(used: str, compiler: str, home: Path) -> None:
 
 
 def environment(folder: Path) -> Path:
-    """Make a fresh environment with what the core needs; return its Python."""
+    """Make a fresh environment with the requirements of the core; return its Python."""
     venv.create(folder, with_pip=True)
     python = folder / ("Scripts" if sys.platform == "win32" else "bin") / "python"
     pip(python, "system", "install", *NEEDS)
@@ -133,7 +133,7 @@ def pip(python: Path, compiler: str, *words: str, **variables: str) -> None:
 
 
 def use(python: Path, home: Path) -> str:
-    """Import the core and return what it says of itself."""
+    """Import the core, and return its own description."""
     return run([str(python), "-c", USE], home).strip()
 
 
@@ -145,12 +145,12 @@ def run(
     compiler: str = "system",
     more: dict[str, str] | None = None,
 ) -> str:
-    """Run a command; return what it printed.
+    """Run a command; return its output.
 
     Args:
         command: Its words.
-        home: Where it runs, unless `cwd` says otherwise, and with zig the only place where programs are found.
-        cwd: Where it runs.
+        home: Working folder without `cwd`, and with zig the only place of programs.
+        cwd: Working folder.
         compiler: `system` or `zig`.
         more: Further variables of the environment.
 

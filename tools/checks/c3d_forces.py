@@ -15,7 +15,7 @@ LEAST = 0.1  # s that a contact lasts
 
 
 def contacts(path: Path) -> dict[str, list[float]]:
-    """Return when plates began and ceased to be loaded, s from the first frame, as `strike` and `off`.
+    """Return the times at which plates began and ceased to be loaded, s from the first frame, as `strike` and `off`.
 
     A contact that has begun before the first frame, or lasts beyond the last, has no such end.
 

@@ -1,4 +1,4 @@
-"""What level `motion` reaches under other conditions than those it was recorded in.
+"""Scores of level `motion` under other conditions than those of the recordings.
 
     python -m checks.conditions SET1 SET2 SET3 ...
 
@@ -29,7 +29,7 @@ NEAR = 0.1  # s, within which a key frame is the same one
 
 
 class Played(NamedTuple):
-    """A take as it is played under a condition.
+    """A take under a condition.
 
     Args:
         positions: (n, J, 3) m.
@@ -43,7 +43,7 @@ class Played(NamedTuple):
 
 
 def as_recorded(take: Take) -> Played:
-    """Return a take as it is."""
+    """Return a take unchanged."""
     return Played(take.positions, take.fps)
 
 

@@ -1,9 +1,9 @@
-"""What 64 slots and long recordings cost, in processor time: neither may grow faster than it has to.
+"""Costs of 64 slots and of long recordings, in processor time: neither may grow faster than it has to.
 
     python -m checks.costs [--minutes 4 32] [--slots 16 64]
 
 Rows of slots: people of like bones fill all slots, leave for 5 s, and come back at once under new ids; the usual frame, and the
-dearest one. Rows of recordings: of each length, for each kind of segmentation, and what a minute of the longest costs relative
+dearest one. Rows of recordings: of each length, for each kind of segmentation, and the cost of a minute of the longest relative
 to one of the shortest. The exit status is 1 if that is more than `MOST_GROWTH`, or a frame of slots takes longer than
 `MOST_SECONDS`.
 """
@@ -35,7 +35,7 @@ KINDS: dict[str, dict[str, Any]] = {
 
 
 def cost_of_slots(count: int) -> tuple[float, float]:
-    """Return what a usual frame of so many people costs, and the dearest one when all come back at once, s."""
+    """Return the costs of a usual frame of so many people, and of the dearest one when all come back at once, s."""
     noise = np.random.default_rng(1)
     body = np.cumsum(noise.normal(0, 0.2, (JOINTS, 3)), axis=0)
     skeleton = Skeleton(tuple(f"j{j}" for j in range(JOINTS)), (-1, *range(JOINTS - 1)))
@@ -63,7 +63,7 @@ def cost_of_slots(count: int) -> tuple[float, float]:
 def cost_of_recording(
     positions: NDArray[np.float32], skeleton: Skeleton, minutes: float, settings: Settings
 ) -> float:
-    """Return what it costs to segment a recording of so many minutes, in which a take is played again and again, s."""
+    """Return the cost of segmenting a recording of so many minutes, a repeated take, s."""
     count = int(60 * FPS * minutes)
     frames = np.tile(positions, (count // len(positions) + 1, 1, 1))[:count]
     begun = time.process_time()

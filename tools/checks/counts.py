@@ -1,12 +1,12 @@
-"""How exactly repetitions are counted: whole takes, with pauses and noise, slow, quick, and without a rest around them.
+"""Exactness of counted repetitions: whole takes, with pauses and noise, slow, quick, and without a rest around them.
 
     python -m checks.counts LABELLED [--moves MOVES] [--only WORD] [--list]
 
-LABELLED is a folder of labelled sets: `ui_prmd`, whose labels say how many repetitions a take has, `precog` and `vmci`,
+LABELLED is a folder of labelled sets: `ui_prmd`, whose labels have the number of repetitions of a take, `precog` and `vmci`,
 in which little is repeated. MOVES is a folder of single moves (`*.npz`, an array a move), which are repeated here.
 
 A row is a kind of series: takes, the share counted exactly and within one, mean error / count, F1 of the ends between
-repetitions, messages, and in how many of them `total` is lower than in the one before.
+repetitions, messages, and the number of those whose `total` is lower than in the one before.
 """
 
 import argparse
@@ -42,7 +42,7 @@ class Series(msgspec.Struct, frozen=True):
     """A recording in which something is repeated.
 
     Args:
-        kind: What it shows.
+        kind: Kind of the series.
         name: Its own.
         positions: (n, J, 3) float32, m.
         fps: Hz.
@@ -61,7 +61,7 @@ class Series(msgspec.Struct, frozen=True):
 
 
 class Counted(msgspec.Struct, frozen=True):
-    """What was counted in a series.
+    """Counts of a series.
 
     Args:
         count: Repetitions.
@@ -79,7 +79,7 @@ class Counted(msgspec.Struct, frozen=True):
 
 
 def count(series: Series) -> Counted:
-    """Return what is counted in a series that is streamed."""
+    """Return the counts of a streamed series."""
     segmenter = Segmenter(series.skeleton, Settings(repetitions=True), fps=series.fps)
     events = segmenter.push(series.positions) + segmenter.end_take()
     said = [event for event in events if isinstance(event, RepetitionEvent)]
@@ -115,7 +115,7 @@ def resampled(positions: Array, frames: int) -> Array:
 
 
 def whole_takes(folder: Path) -> Iterator[Series]:
-    """Yield takes of exercises as they are, and with a pause."""
+    """Yield takes of exercises, unchanged and with a pause."""
     for name, positions, fps, skeleton, cuts, repetitions in labelled(folder):
         spans = [Cut(*(frame / fps for frame in cut)) for cut in cuts]
         yield Series(f"{folder.name}, as recorded", name, positions, fps, skeleton, repetitions, spans)

@@ -1,7 +1,7 @@
-"""Dashboard delay: what the dashboard costs a stream, measured. `python -m checks.dashboard_delay`.
+"""Dashboard delay: the cost of the dashboard for a stream, measured. `python -m checks.dashboard_delay`.
 
-Three runs of the built-in performer at 60 fps: without a page, with a page that nobody looks at, and with a browser
-that does, kept on another core where the system lets us. The delay of a frame is the time from its leaving the
+Three runs of the built-in performer at 60 fps: without a page, with a page without a browser, and with a browser,
+kept on another core where the system allows it. The delay of a frame is the time from its leaving the
 source until it has been segmented and handed to a sink.
 """
 
@@ -71,12 +71,12 @@ class Stopwatch:
 
 
 def measure(seconds: float, *, page: bool, browser: str | None = None) -> str:
-    """Return median and 99th percentile of the delays, and what was lost, as a line.
+    """Return median and 99th percentile of the delays, and the losses, as a line.
 
     Args:
         seconds: How long to measure.
         page: Whether there is a dashboard.
-        browser: Program that looks at it; None for nobody.
+        browser: Program that shows it; None for none.
     """
     show = LiveShow(Settings())
     watch = Stopwatch(DemoSource.from_url("demo:?seed=3"))
@@ -131,7 +131,7 @@ def _looking(browser: str, url: str) -> Iterator[None]:
 
 
 def _wait(condition: Callable[[], bool], what: str) -> None:
-    """Wait until something holds, so that what is measured is what it says."""
+    """Wait until a condition holds, so that the measurement begins in the stated state."""
     end = time.monotonic() + _START
     while not condition():
         if time.monotonic() > end:

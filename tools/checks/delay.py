@@ -1,9 +1,9 @@
-"""How long it takes from a frame to its event, and how much of that any program would take.
+"""Time from a frame to its event, and the share of it that any program would take.
 
 A performer moves at 60 frames/s before a `mossar run`. The client outside takes the time from just before it sends a
 frame until it has received the message that this frame caused. Half a frame later it sends the same frame to a plain
-echo (`checks.echo`) and takes the time of that, too: the floor of the machine at this very moment. What `mossar
-run` adds is the difference.
+echo (`checks.echo`) and takes the time of that, too: the floor of the machine at this very moment. `mossar run`
+adds the difference.
 """
 
 import contextlib
@@ -36,7 +36,7 @@ _START = 20.0  # s that the echo may take to start
 
 
 class Delays(msgspec.Struct, frozen=True):
-    """How long messages took, from just before a frame was sent to just after its message was received.
+    """Delays of messages, from just before a frame was sent to just after its message was received.
 
     Args:
         frames: Sent, and segmented.
@@ -62,7 +62,7 @@ class Delays(msgspec.Struct, frozen=True):
 
 
 def delays(transport: str, seconds: float) -> Delays:
-    """Let a performer move, and return how long its events took.
+    """Stream a moving performer, and return the delays of its events.
 
     Args:
         transport: `osc` or `zmq`, for the way in and the way out.
@@ -118,10 +118,10 @@ class _Received(NamedTuple):
 
 
 class _Client(Protocol):
-    """Somebody outside who waits for key frames, and for what the echo sends back."""
+    """A client outside that receives key frames, and the messages of the echo."""
 
     def receive(self, seconds: float) -> list[_Received]:
-        """Return what comes within `seconds`, one message at most."""
+        """Return the messages within `seconds`, one at most."""
 
 
 class _OscClient:
@@ -165,7 +165,7 @@ class _ZmqClient:
 
 
 class _Stage:
-    """A performance before `mossar run` and an echo, with one client for what both send.
+    """A performance before `mossar run` and an echo, with one client for the messages of both.
 
     Args:
         client: Receives.
@@ -181,7 +181,7 @@ class _Stage:
         self._fps = 0.0
 
     def perform(self, source: DemoSource) -> None:
-        """Send a performance and take the delays of what comes back."""
+        """Send a performance, and note the delays of the answers."""
         frames: list[Frames] = []
         for item in source.items():
             if isinstance(item, Meta):

@@ -1,8 +1,8 @@
-"""A plain echo: sends back what it receives, as any program could that does nothing with it.
+"""A plain echo: sends back the messages that it receives, without any work on them.
 
 `python -m checks.echo osc 9000 9001` takes datagrams at the first port and sends them to the second one,
-`… zmq 9000 9001` binds a SUB socket to the first and a PUB socket to the second. Nothing of Mossar is in it: what it
-takes is the floor under every delay that is measured on this machine.
+`… zmq 9000 9001` binds a SUB socket to the first and a PUB socket to the second. Nothing of Mossar is in it: its
+time is the floor under every delay that is measured on this machine.
 """
 
 import argparse

@@ -1,14 +1,13 @@
-"""How often a move is said that nobody asked for, with the examples of one player at a time, in recordings of others.
+"""Rate of false moves, with the examples of one player at a time, in recordings of others.
 
     python -m checks.false_moves EXAMPLES LABELLED
 
 EXAMPLES is a folder as for `mossar evaluate`, with an archive of segmented examples for each player; LABELLED holds
-labelled recordings of other people doing other things. All that is confirmed counts. What is said in recordings of punches
-and kicks (`FIGHTS`) is told apart, because there it may well be right: their labels say that there are such moves, and
-not when which. So are exercises of UI-PRMD that are the same
-movement as a move (`ALIKE`): a deep squat is a duck, a straight leg raise a kick. Those do not count for the limit. With
-`--as-shown` only moves count that face as they were shown. Recordings that lack joints which the examples need are
-refused, and left out of the minutes.
+labelled recordings of other people doing other things. Every confirmed move counts. Moves in recordings of punches and
+kicks (`FIGHTS`) are reported apart, because they may well be right: the labels contain such moves, but not their times.
+The same holds for exercises of UI-PRMD that are the same movement as a move (`ALIKE`): a deep squat is a duck, a straight
+leg raise a kick. Those do not count for the limit. With `--as-shown` only moves count that face as they were shown.
+Recordings that lack joints which the examples need are refused, and left out of the minutes.
 """
 
 import argparse
@@ -48,13 +47,13 @@ EACH = 2  # examples of a move
 
 
 class Player(msgspec.Struct, frozen=True):
-    """What is said with the examples of one player.
+    """Moves that are reported with the examples of one player.
 
     Args:
         name: Of the player.
         seconds: Of recordings that have the joints.
-        refused: Recordings that have not.
-        said: Recording and move, each time that one is confirmed.
+        refused: Recordings that lack them.
+        said: Recording and move of each confirmation.
     """
 
     name: str
@@ -64,12 +63,12 @@ class Player(msgspec.Struct, frozen=True):
 
     @property
     def alike(self) -> int:
-        """How often an exercise that is the same movement as a move was called that."""
+        """Number of exercises that are the same movement as a move, and were reported as it."""
         return sum(move in ALIKE.get(exercise_of(take), ()) for take, move in self.said)
 
     @property
     def in_ten_minutes(self) -> float:
-        """How often something else is said."""
+        """Rate of other false moves."""
         return 600 * (len(self.said) - self.alike) / max(self.seconds, 1e-9)
 
 
@@ -96,7 +95,7 @@ def confirmed(take: Take, moves: Moves) -> list[str]:
 
 
 def count(name: str, examples: Examples, takes: Sequence[Take], facing: Facing = "any") -> Player:
-    """Return what is said with the examples of a player."""
+    """Return the moves that are reported with the examples of a player."""
     moves = examples.moves(slice(EACH))
     moves.facing = facing
     said: list[tuple[str, str]] = []
@@ -124,7 +123,7 @@ def skeleton_of(folder: Path) -> Skeleton | None:
 
 
 def main() -> None:
-    """Run the program; the exit status is 1 if something is said too often."""
+    """Run the program; the exit status is 1 if there are too many false moves."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -85,7 +85,7 @@ def _direct(people: list[tuple[Meta, Frames]], size: int) -> tuple[float, int]:
 
 
 def _job(folder: Path, lines: list[list[bytes]]) -> float:
-    """Return the CPU time of the job over all records, s; what comes before the first one is left out."""
+    """Return the CPU time of the job over all records, s, without the time before the first one."""
     turns = [line + b"\n" for turn in zip_longest(*lines) for line in turn if line is not None]
     (folder / "records.jsonl").write_bytes(b"".join(turns))
     (folder / "few.jsonl").write_bytes(b"".join(turns[: len(turns) // 10]))
@@ -95,7 +95,7 @@ def _job(folder: Path, lines: list[list[bytes]]) -> float:
     }
     _used(jobs["records"], folder)  # warms up
     few, whole = _used(jobs["few"], folder), _used(jobs["records"], folder)
-    # Both begin and end alike: what differs is nine tenths of the frames.
+    # Both begin and end alike: they differ by nine tenths of the frames.
     return (whole - few) / 0.9
 
 
@@ -151,7 +151,7 @@ def _delays(folder: Path, lines: list[list[bytes]], size: int) -> list[float]:
         job = Job(source=Source(files="-"), to=Target(live=f"zmq://127.0.0.1:{port}"))
         env = _environment(job, folder)
         host, number = server.getsockname()
-        # No source of `mossar flink`: what was on the wire when the engine fails cannot be read again.
+        # No source of `mossar flink`: messages on the wire when the engine fails cannot be read again.
         socket_stream = env._j_stream_execution_environment.socketTextStream(host, number)  # noqa: SLF001
         build(env, job, DataStream(socket_stream))
         sent: dict[tuple[str, int], float] = {}
@@ -159,7 +159,7 @@ def _delays(folder: Path, lines: list[list[bytes]], size: int) -> list[float]:
         sender.start()
         running = threading.Thread(target=env.execute, args=(job.name,), daemon=True)
         running.start()
-        # What the end of the stream decides waits for the job to end.
+        # Events that the end of the stream decides wait for the job to end.
         counted = range(round(WARM * FPS / size), len(lines[0]) - 2)
         delays = list(_received(receiver, sent, size, counted, running))
         receiver.close()

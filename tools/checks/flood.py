@@ -32,8 +32,8 @@ from mossar_adapters.source import Meta
 from mossar_stream import Event, Frames, KeyFrameEvent
 
 GOOD = "calm"  # the good sender; other programs of this computer may send a p1 to a port that was theirs
-# The same sender's performer in the take after the flood: one without a past, since what is known of a sensor's noise and
-# of the range of speeds outlasts takes, and frames that the flood took are missing in it.
+# The same sender's performer in the take after the flood: one without a past, since the estimates of a sensor's noise and
+# of the range outlast takes, and lack the frames that the flood took.
 NEXT_GOOD = "calmer"
 FPS = 60.0
 PHASE = 10.0  # s before the flood, and of the take after it
@@ -47,7 +47,7 @@ _SIZES = (4, 16, 64, 200, 500)  # bytes of a rubbish datagram
 
 
 class Result(msgspec.Struct):
-    """What a run came to.
+    """Result of a run.
 
     Args:
         rates: The good sender's frames per second that arrived before, during and after.
@@ -69,7 +69,7 @@ class Result(msgspec.Struct):
 
 
 class Signals(NamedTuple):
-    """What the processes tell each other.
+    """Signals between the processes.
 
     Args:
         ready: The flood may begin.
@@ -193,7 +193,7 @@ def flooded(rate: float, seconds: float, phase: float = PHASE) -> Result:
 
 
 def _result(listening: Listening, facts: dict[str, float], phase: float, drops: int) -> Result:
-    """Return what was seen; the times of frames are seconds since the good sender began."""
+    """Return the result; the times of frames are seconds since the good sender began."""
     began, flood_began, flood_ended = facts["began"], facts["flood began"], facts["flood ended"]
     times = np.array(listening.times)
     first, last = flood_began - began, flood_ended - began
@@ -284,7 +284,7 @@ def _flood(port: int, rate: float, seconds: float, signals: Signals, told: Any) 
 
 
 def _rubbish(rng: random.Random, size: int) -> list[bytes]:
-    """Return datagrams of one size: noise, messages cut off, and messages that nobody wants."""
+    """Return datagrams of one size: noise, messages cut off, and messages of no profile."""
     whole = encode("/nobody/wants/this", "sfffb", GOOD, 0.1, 0.2, 0.3, bytes(size))
     frame = encode("/mossar/frame", "sidb", GOOD, 1, 0.0, bytes(size))
     kinds = (
@@ -296,7 +296,7 @@ def _rubbish(rng: random.Random, size: int) -> list[bytes]:
 
 
 def _cuts(wire: socket.socket) -> bool:
-    """Return whether the system cuts what one call sends into datagrams."""
+    """Return whether the system cuts the data of one call into datagrams."""
     try:
         wire.setsockopt(socket.IPPROTO_UDP, _UDP_SEGMENT, _SIZES[0])
     except OSError:
@@ -313,7 +313,7 @@ def _send(wire: socket.socket, datagrams: Sequence[bytes], together: bool) -> in
         else:
             for datagram in datagrams:
                 wire.send(datagram)
-    except ConnectionError:  # nobody listens any more
+    except ConnectionError:  # no listener any more
         return len(datagrams)
     return len(datagrams)
 

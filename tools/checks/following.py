@@ -51,7 +51,7 @@ def person_of(file: Path) -> Person:
 
 
 def followed(examples: Repetitions, repetitions: Repetitions, *, mirrored: bool = False) -> list[FollowEvent]:
-    """Return what is reported of repetitions, one after the other, when a move with these examples is followed.
+    """Return the events of successive repetitions when a move with these examples is followed.
 
     Args:
         examples: Of the move.
@@ -78,7 +78,7 @@ def examples_of_others(
 
 
 def area_of(right: NDArray[np.float64], wrong: NDArray[np.float64]) -> float:
-    """Return how often a wrong repetition has a larger deviation than a right one; half of what is equal counts."""
+    """Return the share of pairs whose wrong repetition has a larger deviation than the right one; ties count half."""
     return float(np.mean((wrong[:, None] > right) + 0.5 * (wrong[:, None] == right)))
 
 
@@ -105,7 +105,7 @@ def print_followed_by_others(people: list[Person]) -> None:
 
 
 def ends_of(repetitions: Repetitions) -> NDArray[np.float64]:
-    """Return when each repetition ends, s."""
+    """Return the end of each repetition, s."""
     return np.cumsum([len(one) for one in repetitions]) / FPS
 
 
@@ -160,17 +160,17 @@ def led(session: Session) -> list[bool | None]:
 
 
 def is_at(state: FollowState | None) -> bool:
-    """Tell whether a move has come to the progress at which it is judged."""
+    """Return whether a move has come to the progress at which it is judged."""
     return state is not None and state.progress >= PLACE
 
 
 def leads(states: Mapping[str, FollowState | None], move: str) -> bool:
-    """Tell whether a move is the one that is most likely being made."""
+    """Return whether a move is the one that is most likely being made."""
     return max(states, key=lambda name: state.certainty if (state := states[name]) else -1.0) == move
 
 
 def print_sessions(folder: Path) -> None:
-    """Print for each session how often the right move leads."""
+    """Print the share of commands in each session whose move leads."""
     found: list[bool | None] = []
     for path in session_labels(folder):
         own = led(load_session(path))
@@ -186,7 +186,7 @@ def print_sessions(folder: Path) -> None:
 
 
 def print_moves_others(folder: Path) -> None:
-    """Print how well moves are recognised with the examples of one, two and four other players, drawn with a fixed seed.
+    """Print the scores of recognition with the examples of one, two and four other players, drawn with a fixed seed.
 
     One and two players give two examples of each move, four give one.
     """
@@ -257,7 +257,7 @@ def main() -> None:
             print(f"{low:9.1f} {within.sum():9d} {says[within].mean():5.2f} {true[within].mean():10.2f}")
     places, kept = np.array(sure).reshape(-1, 2).T
     if len(places):
-        early = f"{kept.sum() / performances:.2f} of what is done, at a median progress of {np.median(places):.2f}"
+        early = f"{kept.sum() / performances:.2f} of the done ones, at a median progress of {np.median(places):.2f}"
         print(f"committed at {SURE}: {early}; {kept.mean():.2f} of {len(kept)} came true")
     if not of_others and len(people) > 1:
         print_followed_by_others(people)

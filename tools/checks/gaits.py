@@ -1,7 +1,7 @@
 """Gaits: feet that step at known times, slowly, fast, shuffling, on the spot, upstairs, running, backwards, and that only wiggle.
 
-A foot stands, and swings from one place to the next as smoothly as can be. It is off while it is more than 5 mm from where
-it stood, so that the truth is what a force plate would say of such a foot, not where its motion mathematically begins.
+A foot stands, and swings from one place to the next as smoothly as can be. It is off while it is more than 5 mm from its
+place, so that the truth is that of a force plate under such a foot, not the mathematical begin of its motion.
 """
 
 from typing import NamedTuple
@@ -25,7 +25,7 @@ Event = tuple[float, str, str]  # s, side, status
 
 
 class Gait(NamedTuple):
-    """How a performer steps.
+    """The gait of a performer.
 
     Args:
         cycle: s from one strike of a foot to its next.
@@ -59,11 +59,11 @@ GAITS = {
 def performed(
     gait: Gait, seconds: float, fps: float, noise: float = 0.0, seed: int = 0
 ) -> tuple[NDArray[np.float32], NDArray[np.float64], list[Event]]:
-    """Return positions (n, J, 3) m with y up, times (n,) s, and the true events of a performer who stands, steps, and stands.
+    """Return positions (n, J, 3) m with y up, times (n,) s, and the true events of a performer that stands, steps, and stands.
 
     Args:
-        gait: How.
-        seconds: For how long.
+        gait: The gait.
+        seconds: Duration, s.
         fps: Hz.
         noise: Standard deviation of the sensor's noise, m.
         seed: Of the noise, and of how steps differ.
@@ -124,7 +124,7 @@ def _swings(gait: Gait, seconds: float, side: int, random: np.random.Generator) 
 def _path(
     gait: Gait, swings: list[tuple[float, float]], times: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return (n, 3) m where a foot is, and (n,) m how far its heel is raised."""
+    """Return the place of a foot, (n, 3) m, and the height of its heel, (n,) m."""
     place, raised = np.zeros((len(times), 3)), np.zeros(len(times))
     for begin, end in swings:
         share = 0.5 if begin == FIRST else 1.0  # the very first step is half as long as those that follow

@@ -1,16 +1,16 @@
-"""What a version says, written to files, so that two versions can be compared byte for byte.
+"""The results of a version, written to files, so that two versions can be compared byte for byte.
 
     python -m checks.golden FOLDER OLD --part streams --part random
     python -m checks.golden --compare OLD NEW
 
-The first form writes what the version that is imported says of the recordings in a folder: events and the other results of
+The first form writes the results of the imported version for the recordings in a folder: events and the other results of
 the public API. Each case is a file `OLD/PART/.../CASE.gz` with one line for an event or a value; its first line is a
-digest of what was given. Without `--part` all parts are written, see `PARTS`. The second form compares two such folders,
+digest of the input. Without `--part` all parts are written, see `PARTS`. The second form compares two such folders,
 names the first different line of each case, and exits with 1 if anything differs. The program uses the public API, the
-readers, the built-in performer and `checks.random_takes` only; the interpreter's path says of which version.
+readers, the built-in performer and `checks.random_takes` only; the interpreter's path selects the version.
 
 The folder has `labelled`, `moves`, `quality`, `holds` and others with recordings as `.npz`, `.amc` and further formats;
-what is not there is left out.
+missing ones are left out.
 """
 
 import argparse
@@ -142,7 +142,7 @@ class Given(NamedTuple):
 
 
 class Options(NamedTuple):
-    """What is asked for: the folder of data, how many random takes, and the first seed of them."""
+    """Options: the folder of data, the number of random takes, and the first seed of them."""
 
     folder: Path
     takes: int
@@ -179,7 +179,7 @@ def line(label: str, value: Any) -> str:
 
 
 def refused(label: str, error: Exception) -> str:
-    """Return the line of what was refused."""
+    """Return the line of a refusal."""
     return f"{label}: refused: {type(error).__name__}: {error}"
 
 
@@ -189,7 +189,7 @@ def events_of(events: Iterable[Event]) -> Lines:
 
 
 def digest(*arrays: NDArray[Any]) -> str:
-    """Return the line that says what was given."""
+    """Return the line with the digest of the input."""
     whole = hashlib.sha256()
     for array in arrays:
         whole.update(f"{array.dtype} {array.shape}".encode() + np.ascontiguousarray(array).tobytes())
@@ -238,7 +238,7 @@ def some(given: Iterable[Given], every: int) -> Iterator[Given]:
 
 
 def moves_out_of(given: Given, *, mirrored: bool = True) -> Moves:
-    """Return moves and a pose that are parts of a recording: what lies between its cuts, or its thirds."""
+    """Return moves and a pose that are parts of a recording: those between its cuts, or its thirds."""
     count = len(given.positions)
     places = [cut for cut in given.cuts if 10 < cut < count][:6] or [count // 4, count // 2, 3 * count // 4]
     moves = Moves(given.skeleton)
@@ -261,7 +261,7 @@ def moves_out_of(given: Given, *, mirrored: bool = True) -> Moves:
 
 
 def without_feet(given: Given, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings without what a skeleton does not allow, which are steps if it has no feet."""
+    """Return settings without steps if a skeleton has no feet."""
     chosen = dict(settings)
     if chosen.get("steps"):
         try:
@@ -286,9 +286,9 @@ def streamed(
     Args:
         given: The recording.
         settings: In force.
-        moves: That are recognised; what they explain is in the lines, too.
+        moves: That are recognised; their explanations are in the lines, too.
         size: Frames of a chunk.
-        states: After how many chunks the numbers are written that are no events; 0 for never.
+        states: Number of chunks between written states; 0 for none.
         follow: Whether the moves are followed.
         with_fps: Whether the nominal rate is given.
     """
@@ -309,7 +309,7 @@ def streamed(
 
 
 def states_of(segmenter: Segmenter) -> Lines:
-    """Return what can be asked of a segmenter between two calls."""
+    """Return the state of a segmenter between two calls."""
     return [
         line("state", segmenter.state),
         line("limbs", segmenter.limb_states),
@@ -327,7 +327,7 @@ def as_recording(
     follow: bool = False,
     curves: bool = False,
 ) -> Lines:
-    """Return what is found in a recording as a whole, and the levels of its hierarchy."""
+    """Return the results of a whole recording, and the levels of its hierarchy."""
     result = segment_recording(
         given.positions, given.fps, given.skeleton, settings, times=given.times, curves=curves, moves=moves,
         follow=follow,
@@ -700,7 +700,7 @@ def _pool_turn(pool: Performers, takes: Sequence[Given], turn: int, rng: np.rand
 
 
 def numbers(options: Options) -> Iterator[Case]:
-    """What the public API says besides events: comparisons, costs, kinds, oddities, angles, gait, discovered moves."""
+    """Results of the public API besides events: comparisons, costs, kinds, oddities, angles, gait, discovered moves."""
     for given in some(labelled(options.folder), 8):
         yield f"{given.name}/comparison", functools.partial(comparisons, given)
         yield f"{given.name}/angles", functools.partial(angles, given)
@@ -730,7 +730,7 @@ def numbers(options: Options) -> Iterator[Case]:
 
 
 def comparisons(given: Given) -> Lines:
-    """Return how unlike neighbouring parts of a recording are, by each measure."""
+    """Return the strengths between neighbouring parts of a recording, by each measure."""
     from checks.paper.comparison import Comparison
 
     found = []
@@ -769,7 +769,7 @@ def continued(given: Given) -> Lines:
 
 
 def compared(moves: Moves) -> Lines:
-    """Return how like the examples of moves are, and what is odd in them."""
+    """Return the costs between the examples of moves, and their oddities."""
     found = [line("file", hashlib.sha256(moves.to_json()).hexdigest()), line("kinds", moves.kinds())]
     found += [line("oddity", moves.oddity(place)) for place in range(len(moves))]
     found += [line("image", one) for one in moves.examples_and_images("z")]
@@ -803,7 +803,7 @@ def random_cases(options: Options) -> Iterator[Case]:
 
 
 def random_case(seed: int) -> Lines:
-    """Return what is said of the take of a seed; of ways with the same events only that they are the same."""
+    """Return the results of the take of a seed; ways with the same events have one line that says so."""
     take = random_takes.random_take(seed, 6.0)
     expected = [text.decode() for text in random_takes.alone(take, CHUNK, seed)]
     found = [digest(take.positions, take.times), line("settings", take.settings), *expected]
@@ -837,7 +837,7 @@ PARTS: dict[str, Callable[[Options], Iterator[Case]]] = {
 
 
 def write(part: str, options: Options, out: Path) -> None:
-    """Write the cases of a part, and print how many there are and how long it took."""
+    """Write the cases of a part, and print their number and the time."""
     begun, count, lines, refusals = time.perf_counter(), 0, 0, 0
     for name, work in PARTS[part](options):
         try:
@@ -862,7 +862,7 @@ def cases_in(folder: Path, parts: Sequence[str]) -> dict[str, Path]:
 
 
 def compare(old: Path, new: Path, parts: Sequence[str], shown: int) -> bool:
-    """Print how many cases are equal and the first different lines, and return whether all are; missing ones are different."""
+    """Print the number of equal cases and the first different lines, and return whether all are; missing ones are different."""
     before, now = cases_in(old, parts), cases_in(new, parts)
     equal, groups = dict[str, Counter[str]](), Counter[str]()
     for name in sorted({*before, *now}):
@@ -872,7 +872,7 @@ def compare(old: Path, new: Path, parts: Sequence[str], shown: int) -> bool:
             count["only old" if name in before else "only new"] += 1
             continue
         one, other = before[name].read_bytes(), now[name].read_bytes()
-        # What compresses may differ between interpreters; what is in it counts.
+        # The compression may differ between interpreters; the content counts.
         if one == other or (one := gzip.decompress(one)) == (other := gzip.decompress(other)):
             count["equal"] += 1
             continue
@@ -888,7 +888,7 @@ def compare(old: Path, new: Path, parts: Sequence[str], shown: int) -> bool:
 
 
 def first_difference(name: str, old: Lines, new: Lines) -> str:
-    """Return the first different line of a case, and how many lines differ."""
+    """Return the first different line of a case, and the number of different lines."""
     pairs = list(itertools.zip_longest(old, new))
     place = next(k for k, (one, other) in enumerate(pairs) if one != other)
     many = sum(one != other for one, other in pairs)

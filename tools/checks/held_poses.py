@@ -1,8 +1,8 @@
-"""How often a pose is reported as held that nobody takes, and whether poses that are held are found.
+"""Rate of poses that are falsely reported as held, and the share of held poses that are found.
 
     python -m checks.held_poses LABELLED [EXAMPLES]
 
-Of LABELLED the recordings of `QUIET` count, in which nobody holds a T-pose, a plank or a hand above the head; EXAMPLES is a folder as for
+Of LABELLED the recordings of `QUIET` count, without a T-pose, a plank or a hand above the head; EXAMPLES is a folder as for
 `mossar evaluate`, whose sessions count, too. The poses are made from the bodies of the recordings: the skeleton of each, upright,
 with limbs where the pose has them. The second part holds each pose with that body, and with noise, other sizes and other
 headings. A body without legs has no plank, and one arm alone (`vmci`) only that arm's part of the others; without hips
@@ -56,7 +56,7 @@ _MARKERS = {
 
 
 class Recorded(msgspec.Struct, frozen=True):
-    """A recording in which nobody takes a pose."""
+    """A recording without any of the poses."""
 
     name: str
     skeleton: Skeleton
@@ -65,7 +65,7 @@ class Recorded(msgspec.Struct, frozen=True):
 
 
 def body(skeleton: Skeleton, left: tuple[float, ...], right: tuple[float, ...]) -> NDArray[np.float64]:
-    """Return an upright body with straight arms in two directions, (J, 3) m; what is not known by name lies at its parent."""
+    """Return an upright body with straight arms in two directions, (J, 3) m; unknown joints lie at their parents."""
     slots = {**_MIDDLE}
     for side, sign, way in (("left", 1.0, left), ("right", -1.0, right)):
         turn = np.array([sign, 1.0, 1.0])
@@ -130,14 +130,14 @@ def session(skeleton: Skeleton, name: str, size: float, heading: float) -> NDArr
 def held(
     moves: Moves, skeleton: Skeleton, positions: NDArray[np.float32], times: NDArray[np.float64]
 ) -> list[PoseEvent]:
-    """Return what is reported of poses."""
+    """Return the events of poses."""
     segmenter = Segmenter(skeleton, Settings(), moves=moves)
     events = [*segmenter.push(positions, times), *segmenter.end_take()]
     return [event for event in events if isinstance(event, PoseEvent)]
 
 
 def recordings(labelled: Path, examples: Path | None, console: Console) -> list[Recorded]:
-    """Return all recordings in which nobody holds one of the poses."""
+    """Return all recordings without the poses."""
     takes = [
         Recorded(take.name, take.skeleton, take.positions, take.times)
         for take in load_folder(labelled, console.status)
@@ -149,7 +149,7 @@ def recordings(labelled: Path, examples: Path | None, console: Console) -> list[
 
 
 def false_ones(takes: Sequence[Recorded], console: Console) -> float:
-    """Print how often poses are reported that nobody takes, by folder; return the most in 10 minutes."""
+    """Print the rate of false poses, by folder; return the highest in 10 minutes."""
     groups: dict[str, list[Recorded]] = {}
     for take in takes:
         groups.setdefault(take.name.partition("/")[0], []).append(take)
@@ -178,7 +178,7 @@ def _has_hips(skeleton: Skeleton) -> bool:
 
 
 def found_ones(skeletons: Sequence[Skeleton], console: Console) -> float:
-    """Print how many poses that are held are reported exactly once; return their share."""
+    """Print the number of held poses that are reported exactly once; return their share."""
     right = total = 0
     for skeleton in skeletons:
         moves = shown(skeleton)

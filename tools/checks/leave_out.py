@@ -1,13 +1,14 @@
-r"""What level `motion` reaches on data that its weights never saw.
+r"""Scores of level `motion` on data that its weights never saw.
 
     python -m checks.leave_out SET1 SET2 SET3 ...
     python -m checks.leave_out SET --people 's\d+'
 
 Each SET is a labelled folder as for `mossar evaluate`. The numbers of `similarity/evidence.pxi` (`WEIGHTS_…`) are chosen anew on all sets but
-one, and that one is scored; so for each set. The last row is what all sets reach with numbers chosen on all of them. With
---people each set is divided by performer, as the first match of the pattern in a take's name has it. The search knows nothing of the numbers in force: it draws weights from
-wide ranges (`LARGEST`), and goes on around those that are best. All else of the rule stays as it is. The rule is the plain one of
-`reference/motion.py`, which gives nearly the key frames that a stream gives; a quarter of an hour for 180 recordings.
+one, and that one is scored, for each set in turn. The last row has the scores of all sets with numbers chosen on all of them.
+With --people each set is divided by performer, the first match of the pattern in a take's name. The search does not start
+from the numbers in force: it draws weights from wide ranges (`LARGEST`), and goes on around the best ones. The rest of the
+rule stays the same. The rule is the plain one of `reference/motion.py`, which gives nearly the key frames of a stream; it
+takes a quarter of an hour for 180 recordings.
 """
 
 import argparse
@@ -27,8 +28,8 @@ from mossar_tools.evaluation.matching import Cut, match
 from mossar_tools.evaluation.takes import Take, load_folder
 
 DRAWN, REFINED = 100, 30  # vectors of weights that are tried on all sets, and on all but one
-STEP = 0.15  # standard deviation of a refinement, of what it changes
-ALL = "none"  # name of what leaves no set out
+STEP = 0.15  # standard deviation of a refinement, as a share of the weight
+ALL = "none"  # name of the run that leaves no set out
 AVERAGED = 5  # best vectors whose mean is taken
 
 
@@ -36,7 +37,7 @@ class Set(msgspec.Struct, frozen=True):
     """A labelled set, ready to be scored.
 
     Args:
-        motions: Of each recording, what the rule weighs.
+        motions: Input of the rule for each recording.
         takes: The recordings, with their cuts.
     """
 
@@ -49,7 +50,7 @@ class Set(msgspec.Struct, frozen=True):
 
 
 class LeftOut(msgspec.Struct, frozen=True):
-    """What was reached on a set that was left out.
+    """Score on a set that was left out.
 
     Args:
         in_force: F1 with the weights in force, which every set had a part in.
@@ -99,13 +100,13 @@ def around(weights: Weights, rng: np.random.Generator) -> Weights:
 
 
 def leave_out(sets: Mapping[str, Set], drawn: int, refined: int, seed: int = 0) -> dict[str, LeftOut]:
-    """Return what is reached on each set with weights chosen on the others, and as `ALL` on all with those chosen on all.
+    """Return the scores of each set with weights chosen on the others, and as `ALL` those of all with weights chosen on all.
 
     Args:
         sets: At least two.
         drawn: Vectors that are tried at first, the same for all.
         refined: Vectors that are tried near to the best, for each set that is left out.
-        seed: Of what is drawn.
+        seed: Of the draws.
     """
     rng = np.random.default_rng(seed)
     first = [draw(rng) for _ in range(drawn)]

@@ -1,7 +1,7 @@
-"""Measure what `mossar run` keeps up with, and how long it takes from a frame to its event.
+"""Measure the load that `mossar run` bears, and the time from a frame to its event.
 
-`python -m checks.load osc` sends 600 frames/s of 33 single-joint messages for 30 s, `… zmq` 2000 frames/s; what
-got lost is printed. With `--delay` a performer moves at 60 frames/s, and the time from sending a frame to receiving
+`python -m checks.load osc` sends 600 frames/s of 33 single-joint messages for 30 s, `… zmq` 2000 frames/s;
+losses are printed. With `--delay` a performer moves at 60 frames/s, and the time from sending a frame to receiving
 its event is measured, beside that of a plain echo.
 """
 
@@ -44,11 +44,11 @@ def main() -> None:
 
 
 def load(transport: str, frames: int, fps: float, joints: int) -> str:
-    """Send frames at a steady pace to `mossar run`, and say what it got.
+    """Send frames at a steady pace to `mossar run`, and return a line on the received ones.
 
     Args:
         transport: `osc` or `zmq`.
-        frames: How many.
+        frames: Number of frames.
         fps: Per second.
         joints: Of each frame.
     """

@@ -3,7 +3,7 @@
     python -m checks.outputs
 
 Each pair is tried with the same path, a symbolic link and a hard link, with `--force` where the command has it. It must
-end with status 2 and leave every file as it was. Options whose values look like files, and that are neither read nor
+end with status 2 and change no file. Options whose values look like files, and that are neither read nor
 written according to `mossar_tools.places`, are named, too. The exit status is 1 if anything is wrong.
 """
 
@@ -68,11 +68,11 @@ def cases() -> Iterator[Case]:
 
 
 def wrong(case: Case, way: str) -> str:
-    """Try a case; return what is wrong, empty if nothing is.
+    """Try a case; return its fault, empty if there is none.
 
     Args:
-        case: What to try.
-        way: In which way the output is the input: one of path, symlink, hard link.
+        case: The case.
+        way: Way in which the output is the input: one of path, symlink, hard link.
     """
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder, "in.dat"), Path(folder, "out.dat")
@@ -98,7 +98,7 @@ def _actions(command: str) -> list[argparse.Action]:
 def _arguments(
     actions: list[argparse.Action], read: argparse.Action, written: argparse.Action
 ) -> tuple[str, ...]:
-    """Return arguments that give the input and the output, and what else the command needs."""
+    """Return arguments with the input, the output, and the other needs of the command."""
     found = []
     for action in actions:
         value = "{in}" if action is read else "{out}" if action is written else "{other}"

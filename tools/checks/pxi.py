@@ -1,4 +1,4 @@
-"""What stands in a file of Cython: functions, constants, comments and docstrings; enough of it for checks, no parser.
+"""Content of a Cython file: functions, constants, comments and docstrings; enough for checks, no parser.
 
 The core's files keep to a few forms: functions and records begin at the left, constants stand in `cdef enum` or as
 `cdef double NAME = value`.
@@ -22,7 +22,7 @@ _NUMBER = re.compile(r"^cdef (?:const )?(?:double|float|u?int64_t) ([A-Z]\w* = [
 
 
 class Function(NamedTuple):
-    """A function: the line it begins at, its name, how many lines it has, and its parameters."""
+    """A function: its first line, its name, its number of lines, and its parameters."""
 
     line: int
     name: str
@@ -41,7 +41,7 @@ def functions(text: str) -> Iterator[Function]:
 
 
 def constants(text: str) -> Iterator[tuple[str, str]]:
-    """Yield the names and the values of constants, as they are written."""
+    """Yield the names and the written values of constants."""
     code = _DOCSTRING.sub("", text)
     for members in _ENUM.findall(code):
         yield from ((name, value.strip()) for name, value in _MEMBER.findall(members))

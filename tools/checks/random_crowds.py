@@ -20,7 +20,7 @@ class Crowd(NamedTuple):
         positions: (P, n, J, 3) m.
         times: (n,) s.
         ids: Of each moment, the id of each person; `HIDDEN` if there is none.
-        slots: How many there are; fewer than people in some crowds.
+        slots: Number of slots; fewer than people in some crowds.
     """
 
     positions: NDArray[np.float64]
@@ -35,7 +35,7 @@ def random_crowd(positions: NDArray[np.float64], times: NDArray[np.float64], rng
     Args:
         positions: (P, n, J, 3) m, of people at one place.
         times: (n,) s.
-        rng: Of what happens.
+        rng: Source of chance.
     """
     people, count = positions.shape[:2]
     aside = np.zeros((people, 1, 1, 3))
@@ -60,7 +60,7 @@ def random_crowd(positions: NDArray[np.float64], times: NDArray[np.float64], rng
 
 
 def in_slots(crowd: Crowd, rng: random.Random) -> tuple[list[list[tuple[str, NDArray[Any]]]], list[str]]:
-    """Return the poses of each moment with their slots, and what is wrong with the slots."""
+    """Return the poses of each moment with their slots, and the faults of the slots."""
     people, joints = crowd.positions.shape[0], crowd.positions.shape[2]
     skeleton = Skeleton(tuple(f"j{j}" for j in range(joints)), (-1, *range(joints - 1)))
     slots, announced = Slots(crowd.slots), set[str]()

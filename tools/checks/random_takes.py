@@ -62,7 +62,7 @@ CHANGES: tuple[tuple[str, tuple[object, ...]], ...] = (
     ("end", (None,)),
     ("remerge_window", (1, 3, 20)),
 )
-# What events may be; of so many takes some have each.
+# Kinds of events, each of which occurs in so many takes.
 TYPES = [
     "key_frame",
     "segment",
@@ -89,7 +89,7 @@ SHOWN = 5  # failures that are printed
 
 
 class Take(NamedTuple):
-    """A random take, and what is changed in it, by frame."""
+    """A random take, and its changes, by frame."""
 
     skeleton: Skeleton
     positions: NDArray[Any]
@@ -155,7 +155,7 @@ def random_take(seed: int, seconds: float) -> Take:
 def _spoilt(
     positions: NDArray[Any], fps: int, rng: random.Random, noise: np.random.Generator
 ) -> NDArray[Any]:
-    """Return positions with what sensors do to them."""
+    """Return positions with the errors of sensors."""
     count, joints = positions.shape[:2]
     if rng.random() < 0.3:
         positions = positions + noise.normal(0, rng.choice([1e-4, 2e-3, 1e-2]), positions.shape)
@@ -179,7 +179,7 @@ def _spoilt(
 def _spoilt_times(
     times: NDArray[np.float64], fps: int, rng: random.Random, noise: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return times with what clocks do to them."""
+    """Return times with the errors of clocks."""
     count = len(times)
     if rng.random() < 0.2:
         times = times + noise.normal(0, 0.3 / fps, count)
@@ -265,7 +265,7 @@ def pooled(take: Take, size: int, seed: int) -> list[bytes]:
 
 
 def recorded(take: Take, *, singly: bool) -> list[str]:
-    """Return what is found in a take as a recording, processed in one chunk or frame by frame."""
+    """Return the results of a take as a recording, processed in one chunk or frame by frame."""
     moves = None if take.moves is None else moves_of(take.moves)
     try:
         result = segment_recording(
@@ -288,7 +288,7 @@ def recorded(take: Take, *, singly: bool) -> list[str]:
 
 
 def lives(events: list[bytes]) -> list[str]:
-    """Return what of events is not as docs/events.md says: takes, revisions, last words."""
+    """Return deviations of events from docs/events.md: takes, revisions, last messages."""
     wrong, rev, final, takes = [], dict[tuple[str, str], int](), set[tuple[str, str]](), set[int]()
     take: int | None = None
     for line in events:
@@ -323,7 +323,7 @@ def lives(events: list[bytes]) -> list[str]:
 
 
 def holes(events: list[bytes]) -> list[str]:
-    """Return where the final segments of a take, of body and limbs each, do not lie end to end."""
+    """Return gaps between the final segments of a take, of body and limbs each."""
     wrong, own = [], defaultdict[tuple[int, str], list[tuple[int, int, str]]](list)
     for line in events:
         if line.startswith(b'{"type":"segment"') and b'"status":"final"' in line:
@@ -378,7 +378,7 @@ def crowd_pooled(
 
 
 def check_crowd(seed: int, seconds: float) -> list[str]:
-    """Return what is wrong with a crowd in slots, and with the events of its pool."""
+    """Return the faults of a crowd in slots, and of the events of its pool."""
     rng, noise = random.Random(-seed), np.random.default_rng(seed)  # noqa: S311 - no secret
     take = random_take(seed, seconds)
     fps, count = rng.choice([15, 30, 60]), rng.randint(2, 4)
@@ -400,7 +400,7 @@ def check_crowd(seed: int, seconds: float) -> list[str]:
 
 
 def check(seed: int, seconds: float) -> tuple[Counter[str], list[str]]:
-    """Return how many events of which type a take has, and what is wrong."""
+    """Return the number of events of each type in a take, and the faults."""
     take = random_take(seed, seconds)
     expected = alone(take, 64, seed)
     ways: dict[str, Callable[[], list[bytes]]] = {
@@ -427,7 +427,7 @@ def check(seed: int, seconds: float) -> tuple[Counter[str], list[str]]:
 
 
 def main() -> int:
-    """Check takes, and print what is wrong."""
+    """Check takes, and print faults."""
     parser = argparse.ArgumentParser(prog="python -m checks.random_takes", description=__doc__.split("\n")[0])
     parser.add_argument("--takes", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1, help="of the first take")

@@ -1,10 +1,10 @@
-"""Copies of records that nobody asked for: `found = curve.found` copies, `found = &curve.found` does not.
+"""Unintended copies of records: `found = curve.found` copies, `found = &curve.found` does not.
 
     python -m checks.record_copies
 
-What is written into such a copy is lost, without a message. So no function of the core may have a record as a local variable
-or take one by value; the C that Cython writes shows each. A struct that holds a pointer is no record but a view: a span, the
-arrays of a row; it is a value everywhere, as a tuple is. What else is meant to be copied is named in ALLOWED.
+Data written into such a copy is lost, without a message. No function of the core may therefore have a record as a local
+variable or take one by value; the C that Cython writes shows each. A struct that holds a pointer is no record but a view: a
+span, the arrays of a row; it is a value everywhere, as a tuple is. ALLOWED names the other intended copies.
 Ends with status 1 if there is another one.
 """
 
@@ -56,7 +56,7 @@ def copies(c: str, module: str) -> Iterator[tuple[str, str, str]]:
     """Find locals and arguments that are structs, in the C of an extension; an array of structs is no copy of one.
 
     Args:
-        c: What Cython wrote.
+        c: Cython's output.
         module: The full name of the extension, which stands before each name.
 
     Yields:

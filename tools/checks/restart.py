@@ -1,10 +1,9 @@
 """Kill and restart: `python -m checks.restart --times 50`.
 
-A run of the built-in performers is killed (-9) at a random moment and started again. What a consumer has heard in
-the end, after dropping what repeats an id and a rev, must be what an undisturbed run says; and so must the file of
-events, without dropping anything. Every other time that there is a snapshot the power goes, too: the file of events is
-then shorter than what was written, at a random place. It must lack what the disk lost and nothing else, and the second
-run must say so.
+A run of the built-in performers is killed (-9) at a random moment and started again. At the end, the
+events of a consumer, without those that repeat an id and a rev, must equal those of an undisturbed run; so must the file
+of events, without any dropped. Every other time that there is a snapshot the power goes, too: the file of events is
+then cut at a random place. It must lack the lost bytes and nothing else, and the second run must log the loss.
 """
 
 import argparse
@@ -28,18 +27,18 @@ from mossar_stream import Frames
 
 SPEED = 5.0  # times real time, of the runs that are killed
 EVERY = 0.3  # s between two snapshots
-_CLOCK = ("stalled", "resumed")  # say how the machine was, not what was moved
+_CLOCK = ("stalled", "resumed")  # depend on the machine, not on the motion
 
 
 class Moment(msgspec.Struct, frozen=True):
-    """How one kill went.
+    """Result of one kill.
 
     Args:
         seconds: When the run was killed, s after it was started.
         frames: Frames that its snapshot had used, None without a snapshot.
         repeated: Events that were heard twice.
-        equal: Whether the consumer heard what it should.
-        file_equal: Whether the file of events is what it should be.
+        equal: Whether the consumer heard the right events.
+        file_equal: Whether the file of events is right.
         lost: Bytes of it that the snapshot counts on and the disk lost, None if the power stayed.
         told: Whether the second run spoke of them, as it must if there are any.
     """
@@ -59,14 +58,14 @@ class Moment(msgspec.Struct, frozen=True):
 
 
 class _Cut(msgspec.Struct, frozen=True):
-    """What a power cut left of a file of events."""
+    """The rest of a file of events after a power cut."""
 
     lost: int | None = None  # bytes that the snapshot counts on
     lines: tuple[str, ...] = ()  # lines in them
 
 
 def main() -> int:
-    """Kill and restart as often as asked for, print a line for each, and return 1 if a set differed."""
+    """Kill and restart a number of times, print a line for each, and return 1 if a set differed."""
     parser = argparse.ArgumentParser(
         prog="python -m checks.restart",
         description="Kill runs with -9, cut the power, and restart them; no event that was kept may be lost or changed.",
@@ -156,13 +155,13 @@ def _killed(
 
 
 def _cut(events: Path, share: float, counted_on: int) -> _Cut:
-    """Leave a share of a file, and return what of it the snapshot counts on and is gone."""
+    """Leave a share of a file, and return the lost bytes that the snapshot refers to."""
     data = events.read_bytes()
     left = round(share * len(data))
     events.write_bytes(data[:left])
     if left >= counted_on:
         return _Cut(0)
-    whole = data[:left].rfind(b"\n") + 1  # behind what a line was cut off from, the next run goes on
+    whole = data[:left].rfind(b"\n") + 1  # the next run goes on behind the last whole line
     gone = data[whole:counted_on].decode().split("\n")[:-1]
     return _Cut(
         counted_on - whole, tuple(line for line in gone if json.loads(line).get("event") not in _CLOCK)
@@ -196,7 +195,7 @@ def _lines(path: Path) -> list[str]:
 
 
 def _key(line: str) -> tuple[Any, ...]:
-    """Return what tells an event from others: two lines with the same key say the same."""
+    """Return the key of an event: two lines with the same key are the same event."""
     event = json.loads(line)
     if "id" in event:
         return event["type"], event["id"], event.get("rev", 1)  # an activity has one message

@@ -1,11 +1,11 @@
-"""Whether another version says the same of recordings, byte for byte, and how long each takes, in turns.
+"""Comparison of the events of another version, byte for byte, and of the times of both, in turns.
 
     git worktree add ../before COMMIT
     python -m checks.same_events ../before take.bvh other.amc --set preset=paper
 
 Both versions get the same frames, in single pushes and in chunks of 64, each in processes of its own; the time is
-processor time of the single pushes, the least of several turns. What is off by default must change nothing: so much for
-limbs, moves and repetitions. The exit status is 1 if events differ, or if this version takes more than `MORE` longer.
+processor time of the single pushes, the least of several turns. Features that are off by default, such as limbs, moves
+and repetitions, must change nothing. The exit status is 1 if events differ, or if this version takes more than `MORE` longer.
 """
 
 import argparse
@@ -60,7 +60,7 @@ print(json.dumps([found, sum(frames) / len(frames)]))
 
 
 def told(tree: Path, paths: Sequence[Path], settings: dict[str, Any], frames: int) -> tuple[list[Any], float]:
-    """Return what the version in a folder says of recordings, as digests, and its time for a frame, s."""
+    """Return the events of the version in a folder, as digests, and its time for a frame, s."""
     given = json.dumps({"paths": [str(path) for path in paths], "settings": settings, "frames": frames})
     environment = {**os.environ, "PYTHONPATH": str(tree)}
     done = subprocess.run(  # noqa: S603 - our own interpreter

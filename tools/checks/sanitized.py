@@ -5,7 +5,7 @@
     python -m checks.sanitized --program -m checks.fuzz --inputs 20000 --seconds 60
     python -m checks.sanitized tests/mossar_stream/core --program -m checks.fuzz      # the tests, then the program
 
-The project is copied into a temporary folder and compiled there, so that the core in use stays as it is. Two defects are
+The project is copied into a temporary folder and compiled there, so that the core in use does not change. Two defects are
 planted in the copy: unless both are found, the sanitizers do not work, and nothing else is run.
 
 Not found: a write into another array of the same block, and use of memory that was never set.
@@ -58,7 +58,7 @@ CORE = {"MOSSAR_CORE": "baseline"}
 
 
 def main() -> int:
-    """Compile, find what is planted, run the tests, the program or both, and return the first status that is not 0."""
+    """Compile, find the planted errors, run the tests, the program or both, and return the first status that is not 0."""
     words = sys.argv[1:]
     if {"-h", "--help"} & set(words):
         print(__doc__)
@@ -82,7 +82,7 @@ def main() -> int:
             if not is_found(call, message, copy, variables):
                 print(f"{call} was planted, and the sanitizers did not find it")
                 return 1
-        print("What was planted was found.", flush=True)
+        print("The planted errors were found.", flush=True)
         for program in programs(words):
             done = subprocess.run([sys.executable, *program], cwd=copy, env=variables, check=False)  # noqa: S603
             if done.returncode:
@@ -91,7 +91,7 @@ def main() -> int:
 
 
 def programs(words: list[str]) -> list[list[str]]:
-    """Return what Python is to run, by the words of the command line."""
+    """Return the commands for Python, by the words of the command line."""
     split = words.index("--program") if "--program" in words else len(words)
     tests, program = words[:split], words[split + 1 :]
     pytest = ["-m", "pytest", "-p", "no:cacheprovider", *(tests or ["tests/mossar_stream"])]
@@ -99,7 +99,7 @@ def programs(words: list[str]) -> list[list[str]]:
 
 
 def sanitizer_variables() -> dict[str, str]:
-    """Return what a Python that was not compiled with the sanitizers needs to load a core that was."""
+    """Return the variables with which a Python without the sanitizers loads a core with them."""
     libraries = []
     # C++ must be there before the first exception of a library.
     for name in (
@@ -111,7 +111,7 @@ def sanitizer_variables() -> dict[str, str]:
         libraries.append(subprocess.run(program, capture_output=True, text=True, check=True).stdout.strip())  # noqa: S603
     return {
         "LD_PRELOAD": ":".join(libraries),
-        # Python and its libraries keep what they hold until the end; each object has memory of its own.
+        # Python and its libraries keep their memory until the end; each object has memory of its own.
         "ASAN_OPTIONS": "detect_leaks=0:abort_on_error=0",
         "UBSAN_OPTIONS": "print_stacktrace=1:halt_on_error=1",
         "PYTHONMALLOC": "malloc",
@@ -119,7 +119,7 @@ def sanitizer_variables() -> dict[str, str]:
 
 
 def is_found(call: str, message: str, copy: Path, variables: dict[str, str]) -> bool:
-    """Run a call of what is planted, and return whether it ended with the message."""
+    """Run a call of a planted error, and return whether it ended with the message."""
     program = [sys.executable, "-c", f"from mossar_stream.core import baseline; baseline.{call}"]
     done = subprocess.run(program, cwd=copy, env=variables, capture_output=True, text=True, check=False)  # noqa: S603
     if done.returncode == 0 or message not in done.stderr:

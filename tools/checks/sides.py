@@ -75,7 +75,7 @@ def mirrored(session: Session) -> Moves:
 
 
 def views(sessions: Sequence[Session], settings: Settings) -> Iterator[tuple[str, list[Outcome]]]:
-    """Yield the name of each view, and what comes of each session from there.
+    """Yield the name of each view, and the outcome of each session from there.
 
     Args:
         sessions: As they were recorded.

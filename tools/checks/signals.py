@@ -7,8 +7,8 @@
 The signal comes while modules are imported, or when the run has begun. Ends with status 1 if a start did not end within
 the limit, with another status than 130 or 143, or with a traceback or words of a crash after the handlers are there.
 
-With `--results` each start is written down, and those that stand there are not repeated: so a long check can be run in
-parts, and the last line sums up all of them. What happens in start 17 depends on the seed and on 17 alone.
+With `--results` each start is written down and not repeated. A long check can thus be run in parts; the last line sums up
+all of them. The course of start 17 depends on the seed and on 17 alone.
 """
 
 import argparse
@@ -29,16 +29,16 @@ EXPECTED = {
     signal.SIGTERM: (143, -signal.SIGTERM),
 }
 GRACE = 60.0  # s after which a process that does not end is killed
-# What Python says, with status 1, of a SIGINT in its first hundredths of a second, before any code of ours runs.
+# Messages of Python, with status 1, about a SIGINT in its first hundredths of a second, before any code of ours runs.
 PYTHON_STARTS = ("Fatal Python error: init_", "Could not import runpy module")
-# What Python says of a SIGINT that it discards, as no handler of ours does: it came while a module's lock was removed.
+# Messages of Python about a SIGINT that it discards, as no handler of ours does: it came while a module's lock was removed.
 PYTHON_DISCARDS = "Exception ignored in: <function _get_module_lock"
 BAD_WORDS = ("internal error", "Segmentation", "Fatal", "Exception ignored", "terminate called")
 COMMAND = ("run", "osc://127.0.0.1:0", "--to", "-")
 
 
 class Outcome(msgspec.Struct, frozen=True):
-    """What became of one start."""
+    """Outcome of one start."""
 
     index: int
     number: int  # of the signal
@@ -58,7 +58,7 @@ class Outcome(msgspec.Struct, frozen=True):
         return self.number == signal.SIGINT and PYTHON_DISCARDS in self.words
 
     def fault(self, limit: float) -> str:
-        """Return what is wrong, nothing if all is well."""
+        """Return the fault, empty if there is none."""
         if self.is_lost:
             return ""
         if self.took > limit:
@@ -67,14 +67,14 @@ class Outcome(msgspec.Struct, frozen=True):
             return ""
         if self.status not in EXPECTED[signal.Signals(self.number)]:
             return f"status {self.status}"
-        # Before there was a handler, Python says where it was interrupted.
+        # Before there was a handler, Python prints the place of the interrupt.
         bad = BAD_WORDS if self.status < 0 else (*BAD_WORDS, "Traceback")
         found = [word for word in bad if word in self.words]
         return f"said {found[0]!r}" if found else ""
 
 
 def main() -> int:
-    """Run the starts that the command line asks for; return the exit status."""
+    """Run the starts of the command line; return the exit status."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -94,7 +94,9 @@ def main() -> int:
     )
     parser.add_argument("--at-most", metavar="N", type=int, help="starts of this call; the others remain")
     options = parser.parse_args()
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # shells let what runs behind them ignore it
+    signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # shells make programs in the background ignore it
     outcomes = _read(options.results)
     for outcome in _starts(options, {outcome.index for outcome in outcomes}):
         outcomes.append(outcome)
@@ -106,7 +108,7 @@ def main() -> int:
 
 
 def _starts(options: argparse.Namespace, known: set[int]) -> Iterator[Outcome]:
-    """Yield what becomes of the starts that are still to be made."""
+    """Yield the outcomes of the starts that are still to be made."""
     due = [index for index in range(options.starts) if index not in known]
     with ThreadPoolExecutor(options.at_once) as pool:
         try:
@@ -117,17 +119,17 @@ def _starts(options: argparse.Namespace, known: set[int]) -> Iterator[Outcome]:
 
 
 def _start_as_planned(index: int, options: argparse.Namespace) -> Outcome:
-    """Make a start: what happens in it follows from the seed and its index."""
+    """Make a start, determined by the seed and its index."""
     rng = random.Random(f"{options.seed} {index}")  # noqa: S311 - repeatable, not secret
     return start(index, rng.choice(list(EXPECTED)), rng.uniform(0.0, options.latest))
 
 
 def start(index: int, number: signal.Signals, after: float) -> Outcome:
-    """Start a run, send it a signal, and see what becomes of it.
+    """Start a run, send it a signal, and return the outcome.
 
     Args:
         index: Of the start.
-        number: Which signal.
+        number: The signal.
         after: s.
     """
     process = subprocess.Popen(  # noqa: S603 - our own interpreter

@@ -1,4 +1,4 @@
-"""What is large: `python -m checks.sizes` lists packages of many modules, and long files and functions.
+"""Sizes: `python -m checks.sizes` lists packages of many modules, and long files and functions.
 
 A row is a place to look, not a defect: a file of 500 lines that tells one story beats two of 250 that need each other.
 """
@@ -19,8 +19,10 @@ SOURCES = (".py", ".pxi", ".h")
 
 
 def main() -> int:
-    """Print what is larger than usual, largest first within its kind, and return 0."""
-    parser = argparse.ArgumentParser(prog="python -m checks.sizes", description="What is large.")
+    """Print the largest packages, files and functions, and return 0."""
+    parser = argparse.ArgumentParser(
+        prog="python -m checks.sizes", description="List large packages, files and functions."
+    )
     parser.add_argument("folders", metavar="DIR", nargs="*", help=f"default: {', '.join(FOLDERS)}")
     given = parser.parse_args()
     folders = [Path(folder) for folder in given.folders] or [ROOT / folder for folder in FOLDERS]
@@ -58,7 +60,7 @@ def long_functions(folder: Path) -> Iterator[tuple[int, str]]:
 
 
 def _functions(file: Path) -> Iterator[tuple[int, str, int]]:
-    """Yield where the functions of a file begin, their names, and how many lines they have."""
+    """Yield the first lines of the functions of a file, their names, and their numbers of lines."""
     text = file.read_text(encoding="utf-8")
     if file.suffix == ".pxi":
         yield from (own[:3] for own in pxi.functions(text))

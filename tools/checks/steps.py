@@ -1,4 +1,4 @@
-"""Steps: how well foot strikes and offs are found: `python -m checks.steps [FILE.c3d ...]`.
+"""Steps: scores of foot strikes and offs: `python -m checks.steps [FILE.c3d ...]`.
 
 Truth are made gaits, the built-in performer, and of C3D files the events of a gait laboratory and the force plates. The figures
 of docs/steps.md are printed by this program.
@@ -40,7 +40,7 @@ def found_in(
 def row(
     name: str, found: Sequence[StepEvent], truth: Sequence[Event], fps: float, delays: bool = True
 ) -> str:
-    """Return a line: how many events, F1 within 0.25 s, shares within the tolerances, median errors and delay."""
+    """Return a line: number of events, F1 within 0.25 s, shares within the tolerances, median errors and delay."""
     hits, errors = 0, {"strike": [], "off": []}  # type: ignore[var-annotated]
     for side in ("left", "right"):
         for status, own in errors.items():
@@ -97,7 +97,7 @@ def _later(event: StepEvent, shift: float) -> StepEvent:
 
 
 def stood(positions: NDArray[np.float32], times: NDArray[np.float64], skeleton: Skeleton) -> list[Event]:
-    """Return when toes of the built-in performer, which do not slide, left where they stood by 5 mm, and came back to rest."""
+    """Return the times at which toes of the built-in performer, which do not slide, left their place by 5 mm or came to rest."""
     truth: list[Event] = []
     for side, name in (("Left", "left"), ("Right", "right")):
         toes = positions[:, skeleton.names.index(f"{side}Toes")]
@@ -146,7 +146,7 @@ def _event(first: float, mark: Mark) -> Event:
 
 
 def standing() -> None:
-    """Print how many steps there are in ten minutes of standing and wiggling."""
+    """Print the number of steps in ten minutes of standing and wiggling."""
     for fps, noise in ((100.0, 0.001), (30.0, 0.005), (30.0, 0.01)):
         positions = wiggling(600.0, fps, noise)
         found = found_in(positions, np.arange(len(positions)) / fps, SKELETON, FEET)
@@ -154,7 +154,7 @@ def standing() -> None:
 
 
 def speed() -> None:
-    """Print what a frame costs more with steps than without, in a chunk and by itself."""
+    """Print the cost of steps for a frame, in a chunk and by itself."""
     positions, times, _ = performed(GAITS["walking"], 60.0, 60.0)
     together, alone = {}, {}
     for steps in (False, True):

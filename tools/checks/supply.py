@@ -1,16 +1,16 @@
-"""What is installed with each extra: known vulnerabilities, and a bill of materials (CycloneDX) for a release.
+"""The distributions of each extra: known vulnerabilities, and a bill of materials (CycloneDX) for a release.
 
-    python -m checks.supply                                        # ask pip-audit about everything that any extra brings
+    python -m checks.supply                                        # ask pip-audit about the distributions of all extras
     python -m checks.supply --bom dist/mossar-stream.cdx.json      # and write the bill; part of making a release
     python -m checks.supply --extras view,oak
 
-pip says which versions each extra would get today, and installs nothing; extras exclude one another, so each is resolved by
-itself. Where there is no index, or nobody to ask for vulnerabilities, that is printed, and the status is 0: machines without
-a network run the same checks; `--strict` makes it 1. The same holds for distributions that the database does not have.
+pip reports the present versions of each extra, and installs nothing; extras exclude one another, so each is resolved by
+itself. Without an index, or a database of vulnerabilities, that is printed, and the status is 0: machines without a network
+run the same checks; `--strict` makes it 1. The same holds for distributions that the database does not have.
 
 Ends with status 1 if a version has a known vulnerability, a later version mends it, and a limit of pyproject.toml keeps that
-version out: raise the limit. What no version mends, or what others hold back, is printed, and the status is 0: a commit
-does not turn red for what it cannot change.
+version out: raise the limit. Vulnerabilities that no version mends, or that other requirements hold back, are printed, and
+the status is 0: a commit does not turn red for causes outside it.
 """
 
 import argparse
@@ -33,7 +33,7 @@ ROOT = Path(__file__).parents[2]
 PATIENCE = 300.0  # s, for one extra
 AT_ONCE = 4
 SHOWN = 10  # names of distributions in a line
-PLAIN = "(none)"  # what is required without any extra
+PLAIN = "(none)"  # name of the requirements without any extra
 OURS = "a limit of pyproject.toml keeps the mended version out"
 
 
@@ -43,7 +43,7 @@ class Part(msgspec.Struct, order=True):
     Args:
         name: Normalised.
         version: Which pip would install.
-        sha256: Of its archive, if the index says it.
+        sha256: Of its archive, if the index has it.
         licence: As the distribution states it.
         extras: That bring it.
     """
@@ -56,7 +56,7 @@ class Part(msgspec.Struct, order=True):
 
 
 class Vulnerability(msgspec.Struct, frozen=True, order=True):
-    """What is known to be wrong with a version.
+    """A known vulnerability of a version.
 
     Args:
         name: Of the distribution.
@@ -72,15 +72,15 @@ class Vulnerability(msgspec.Struct, frozen=True, order=True):
 
     @property
     def line(self) -> str:
-        """What is printed of it."""
+        """The printed line."""
         return f"{self.name} {self.version}: {self.known_as}, mended in {', '.join(self.mended_in) or 'no version'}"
 
 
 class Audit(msgspec.Struct, frozen=True):
-    """What pip-audit knows.
+    """Result of pip-audit.
 
     Args:
-        vulnerable: What is wrong, in the order of names.
+        vulnerable: The vulnerabilities, in the order of names.
         unknown: Names and versions that the database does not have.
     """
 
@@ -89,7 +89,7 @@ class Audit(msgspec.Struct, frozen=True):
 
 
 def main() -> int:
-    """Check what the command line asks for; return the exit status."""
+    """Run the checks of the command line; return the exit status."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -128,7 +128,7 @@ def main() -> int:
 
 
 def verdict(project: dict[str, Any], bad: Vulnerability) -> str:
-    """Return what keeps a vulnerable version in use; pip has chosen the latest one that all requirements allow."""
+    """Return the reason why a vulnerable version stays in use; pip has chosen the latest one that all requirements allow."""
     if not bad.mended_in:
         return "no version mends it"
     every = [*project["dependencies"], *itertools.chain(*project["optional-dependencies"].values())]
@@ -148,7 +148,7 @@ def _of_extra(project: dict[str, Any], extra: str) -> list[str]:
 
 
 def resolve(project: dict[str, Any], extra: str) -> list[Part] | str:
-    """Return what pip would install for an extra, or why that cannot be said."""
+    """Return the distributions that pip would install for an extra, or an error."""
     requirements = [*project["dependencies"], *_of_extra(project, extra)]
     command = [sys.executable, "-m", "pip", "install", "--dry-run", "--ignore-installed", "--quiet"]
     command += ["--disable-pip-version-check", "--no-input", "--report", "-", *requirements]
@@ -213,7 +213,7 @@ def _component(part: Part) -> dict[str, Any]:
 
 
 def audit(parts: Sequence[Part]) -> Audit | str:
-    """Return what pip-audit knows, or why it could not be asked."""
+    """Return the result of pip-audit, or an error."""
     said: list[dict[str, Any]] = []
     for pinned in _without_doubles(parts):
         with tempfile.TemporaryDirectory() as folder:
@@ -247,7 +247,7 @@ def _without_doubles(parts: Sequence[Part]) -> list[list[Part]]:
 
 
 def audited(said: Sequence[dict[str, Any]]) -> Audit:
-    """Return what pip-audit prints of distributions; it skips those that the database does not have."""
+    """Return the audit of pip-audit's output; it skips distributions that the database does not have."""
     bad = {
         Vulnerability(one["name"], one["version"], bad["id"], tuple(bad["fix_versions"]))
         for one in said

@@ -45,7 +45,7 @@ Span = tuple[float, float]  # s
 
 
 class Session(NamedTuple):
-    """What a performer does.
+    """The session of a performer.
 
     Args:
         name: Of the move.
@@ -61,7 +61,7 @@ class Session(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What was taken of a session.
+    """The examples taken in a session.
 
     Args:
         session: The session.
@@ -80,7 +80,7 @@ class Outcome(NamedTuple):
         )
 
     def errors(self, end: int) -> list[float]:
-        """Return by how much begins (0) or ends (1) are wrong, s."""
+        """Return the errors of begins (0) or ends (1), s."""
         return [abs(one[end] - other[end]) for one, other in zip(self.taken, self.session.true, strict=True)]
 
 
@@ -215,7 +215,7 @@ def sessions_of(folder: Path) -> Iterator[Session]:
 
 
 def play(one: Session) -> Outcome:
-    """Return what live teaching takes of a session."""
+    """Return the examples that live teaching takes in a session."""
     taken: list[Movement] = []
     taker = MovementTaker(taken.append, lambda _: None)
     taker.announce(Meta("p1", one.skeleton))
@@ -227,7 +227,7 @@ def play(one: Session) -> Outcome:
 
 
 def report(title: str, outcomes: Sequence[Outcome], console: Console) -> float:
-    """Print what was right, and return its share."""
+    """Print the right sessions, and return their share."""
     right = [one for one in outcomes if one.is_right]
     for name in dict.fromkeys(one.session.name for one in outcomes if not one.is_right):
         wrong = [len(one.taken) for one in outcomes if one.session.name == name and not one.is_right]

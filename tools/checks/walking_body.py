@@ -52,11 +52,11 @@ def walking(frames: int = 240, fps: float = 60.0, way: float = 6.0) -> NDArray[A
 def with_joints_above(
     names: Sequence[str], places: ArrayLike
 ) -> tuple[Skeleton, Callable[[NDArray[Any]], NDArray[Any]]]:
-    """Return the skeleton with joints above the hips, one below the other, and what adds them to a body's positions.
+    """Return the skeleton with joints above the hips, one below the other, and a function that adds them to a body's positions.
 
     Args:
         names: Of the joints, the topmost first.
-        places: (n, K, 3) of them, or what can be repeated to it.
+        places: (n, K, 3) of them, or an array that can be broadcast to it.
     """
     count = len(names)
     parents = (*range(-1, count - 1), *(parent + count if parent >= 0 else count - 1 for parent in PARENTS))

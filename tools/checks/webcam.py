@@ -1,4 +1,4 @@
-"""`python -m checks.webcam VIDEO`: what poses from pictures cost, and how much key frames hang on their jitter.
+"""`python -m checks.webcam VIDEO`: the cost of poses from pictures, and the effect of their jitter on key frames.
 
 Rates and delays are of this machine, one thread for the networks. With `--live MINUTES`, on Linux, the clip is a camera
 at 25 Hz for a `mossar run` of its own. The delay is from a grab to the line of a `confirmed` event, and the share of a core
@@ -87,7 +87,7 @@ def agreement(one: list[float], other: list[float]) -> float:
 def costs(path: Path, model: str) -> str:
     """Return one line: pictures a second, time from a picture to the events of its frame, share of a core at 25 Hz.
 
-    Times are those of the processor, without decoding the video: what other programs do does not count.
+    Times are those of the processor, without decoding the video and without other programs.
     """
     estimator, segmenter = Estimator(weights(model)), Segmenter(SKELETON, Settings.build(overrides=DEFAULTS))
     estimates, delays = [], []

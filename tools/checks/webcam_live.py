@@ -1,4 +1,4 @@
-"""A camera for `mossar run webcam:` at real speed, and what that run costs: for `python -m checks.webcam --live MINUTES`.
+"""A camera for `mossar run webcam:` at real speed, and the cost of that run: for `python -m checks.webcam --live MINUTES`.
 
 The camera is a pipe of JPEG pictures, written at a steady rate. The run is a process of its own. Its events are read
 from its standard output: the delay of an event is from the grab of the picture that caused it to the reader of its line.
@@ -32,7 +32,7 @@ _MEGABYTE: Final = 1 << 20
 
 
 class _Line(msgspec.Struct):
-    """What is needed of an event."""
+    """The needed fields of an event."""
 
     type: str
     status: str = ""
@@ -41,7 +41,7 @@ class _Line(msgspec.Struct):
 
 
 class Run(msgspec.Struct):
-    """What a run did.
+    """Results of a run.
 
     Args:
         delays: s, of each confirmed key frame, from the grab of its picture to the reader of the line.
@@ -98,7 +98,7 @@ def live(path: Path, model: str, minutes: float, rate: float) -> Run:
                 found.loads.append(os.getloadavg()[0])
                 time.sleep(_SAMPLES)
             found.samples.append(_sample(process.pid))
-            delays = list(found.delays)  # what the end of the take confirms waits for no picture
+            delays = list(found.delays)  # key frames confirmed by the end of the take wait for no picture
             process.terminate()
             reader.join()
             stop.set()
@@ -124,7 +124,7 @@ def _play(camera: Path, coded: list[bytes], rate: float, stop: threading.Event) 
 
 @contextlib.contextmanager
 def _started(camera: Path, model: str) -> Iterator[subprocess.Popen[bytes]]:
-    # A real camera says what it sends; of a pipe OpenCV would read 5 MB first to find out.
+    # A real camera states its format; for a pipe OpenCV would first read 5 MB to detect it.
     surroundings = os.environ | {"OPENCV_FFMPEG_CAPTURE_OPTIONS": "probesize;32768|analyzeduration;0"}
     url = f"webcam:{camera}?model={model}"
     command = [sys.executable, "-m", "mossar_tools", "run", url, "--quiet", "--stats", "10"]
@@ -148,7 +148,7 @@ def _read(lines: IO[bytes], found: Run) -> None:
 
 
 def _sample(process: int) -> tuple[float, float, int]:
-    """Return the monotonic time, s, the processor time of a process, s, and what it holds in memory, bytes."""
+    """Return the monotonic time, s, the processor time of a process, s, and its memory, bytes."""
     folder = Path("/proc") / str(process)
     fields = (folder / "stat").read_text(encoding="ascii").rpartition(")")[2].split()
     pages = int((folder / "statm").read_text(encoding="ascii").split()[1])

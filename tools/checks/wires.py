@@ -58,7 +58,7 @@ class Trial(msgspec.Struct, frozen=True):
     Args:
         wire: The wire.
         speed: Of the replay.
-        fps: Whether the receiver is told the rate; None where it need not be.
+        fps: Whether the receiver gets the rate; None where it does not matter.
     """
 
     wire: Wire
@@ -104,7 +104,7 @@ def _trials(wires: Sequence[Wire], speeds: Sequence[str]) -> Iterator[Trial]:
 
 
 def _told(file: str, trial: Trial) -> bool:
-    """Run a trial, print what came of it, and return whether it is as it must be."""
+    """Run a trial, print its result, and return whether it is right."""
     direct, found = compared(file, trial)
     near = sum(any(abs(frame - other) <= NEAR for other in found) for frame in direct)
     times = {None: "the sender's times", True: "?fps=", False: "arrival"}[trial.fps]
@@ -142,7 +142,7 @@ def compared(file: str, trial: Trial) -> tuple[list[int], list[int]]:
 
 
 def meta_of(file: str) -> Meta:
-    """Return what a recording holds.
+    """Return the meta of a recording.
 
     Raises:
         MossarError: If it cannot be read, or has no rate or centre.

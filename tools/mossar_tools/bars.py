@@ -7,7 +7,7 @@ def bar(share: float, width: int, *, fine: bool) -> str:
     """Return a bar of `width` characters, of which `share` (0..1) is filled.
 
     Args:
-        share: What is beyond 0..1 is cut off.
+        share: Limited to 0..1.
         width: Characters, without the frame.
         fine: Whether to use block characters; otherwise ASCII.
 

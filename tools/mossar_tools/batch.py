@@ -1,6 +1,6 @@
-"""Batch: whole recordings, one after the other or in several processes; one that cannot be read stops nothing.
+"""Batch: whole recordings, in turn or in several processes; an unreadable one does not stop the others.
 
-Each recording is segmented in a process of a pool, so that what kills it (a damaged file, too little memory) costs that
+Each recording is segmented in a process of a pool, so that a crash (a damaged file, too little memory) costs that
 recording only. Results come in the order of the files, however long each takes.
 """
 
@@ -94,13 +94,13 @@ def segment_whole(
     *,
     curves: bool = False,
 ) -> tuple[LoadedRecording, Result, Segmentation]:
-    """Return a recording, what was found in it, and the level that is wanted.
+    """Return a recording, its result, and the wanted level.
 
     Args:
         file: Its path, or demo:.
         options: Which part of it, and how to segment it.
         on_progress: Gets the share that is read.
-        progress: Returns, as segmentation begins, what gets the share of it that is done.
+        progress: Called as segmentation begins; returns a function of the share that is done.
         curves: Whether to keep the velocity curve.
 
     Raises:
@@ -244,7 +244,7 @@ def repetitions_of(result: Result) -> list[RepetitionEvent]:
 
 
 def motion_of(loaded: LoadedRecording, result: Result) -> list[RangeOfMotion]:
-    """Return how far each angle goes in each repetition of the body and of limbs."""
+    """Return the range of each angle in each repetition of the body and of limbs."""
     angles = joint_angles(loaded.positions, loaded.skeleton, loaded.up)
     return ranges_of_motion(angles, loaded.times, repetitions_of(result))
 

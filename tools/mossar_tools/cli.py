@@ -1,6 +1,6 @@
 """Cli: the program `mossar`.
 
-Only the command that is asked for is imported, so that help and errors come at once.
+Only the wanted command is imported, so that help and errors come at once.
 """
 
 import argparse
@@ -55,7 +55,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     "study": ("settings", "tune", "evaluate", "agree", "archive", "bench"),
     "operate": ("replay", "record", "adapters", "flink", "schema", "completion", "webcam"),
 }
-# What people type for a command or an option that has another name.
+# Likely names of commands and options that have other names.
 _MEANT: Final[dict[str, str]] = {
     "version": "mossar --version",
     "train": "mossar teach",
@@ -205,7 +205,7 @@ def command_called(name: str) -> Command:
 
 
 def _meant(name: str) -> str:
-    """Return a question that names what an unknown command may stand for, or nothing."""
+    """Return a question that names the likely command for an unknown one, or nothing."""
     word = name.lower().strip("-")
     return f" - did you mean {_MEANT[word]}?" if word in _MEANT else did_you_mean(word, COMMANDS)
 
@@ -215,7 +215,7 @@ def _run(arguments: list[str], terminal: Console) -> int:
         arguments = [*arguments[1:2], "--help"]
     if len(arguments) == 2 and arguments[0] in {"-h", "--help"} and arguments[1] in COMMANDS:
         arguments = [arguments[1], "--help"]
-    # What stands before the command's name can only be --help or --version.
+    # Only --help or --version may stand before the command's name.
     if not arguments or (arguments[0].startswith("-") and arguments[0] != "-"):
         return _run_without_command(arguments or ["--help"], terminal)
     name = arguments[0]
@@ -224,7 +224,7 @@ def _run(arguments: list[str], terminal: Console) -> int:
     from mossar_tools.opening import command_for
 
     if (meant := command_for(name)) is None:
-        command_called(name)  # which says that there is none
+        command_called(name)  # which raises that there is none
     name = meant or name
     return run_command(f"mossar {name}", command_called(name), arguments, terminal, assumed=True)
 

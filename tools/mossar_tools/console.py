@@ -1,6 +1,6 @@
 """Console: messages and the status line on standard error, results on standard output.
 
-Everything said to the user goes through the logger `mossar`, so that libraries say things without printing.
+All messages to the user go through the logger `mossar`, so that libraries need not print.
 """
 
 import contextlib
@@ -39,7 +39,7 @@ _ASCII: Final = {
 
 
 class Console:
-    """Where a program's words go. Any thread may call any method.
+    """Output of a program. Any thread may call any method.
 
     Args:
         out: Standard output.
@@ -136,7 +136,7 @@ class Console:
         self._rows = 0
 
     def progress(self, share: float | None, text: str) -> None:
-        """Show how far something is: a bar, where the share (0 to 1) is known, and what is being done."""
+        """Show progress: a bar, where the share (0 to 1) is known, and the present task."""
         shown = "" if share is None else f"{bar(share, _BAR, fine=prints_unicode(self.err))} {share:4.0%}  "
         self.status(shown + text)
 
@@ -183,10 +183,10 @@ def console() -> Console:
 
 
 def progress_of(text: str) -> Callable[[float], None]:
-    """Return what shows the share (0 to 1) of work that begins now; nothing for work that takes at most 2 s.
+    """Return a function that shows the share (0 to 1) of work that begins now; it shows nothing in the first 2 s.
 
     Args:
-        text: What is being done.
+        text: The task.
     """
     begun = time.monotonic()
 
@@ -237,7 +237,7 @@ class _Handler(logging.Handler):
 
 
 class _Progress(logging.Handler):
-    """Shows how far something is that libraries do."""
+    """Shows the progress of libraries."""
 
     def __init__(self, console: Console) -> None:
         super().__init__()
@@ -250,7 +250,7 @@ class _Progress(logging.Handler):
 class _Plain(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
         word = f"{record.levelname.lower()}: " if record.levelno >= logging.ERROR else ""
-        text = record.getMessage()  # may quote what others sent: nothing of it is to steer a terminal
+        text = record.getMessage()  # may quote data from outside, which must not steer a terminal
         return f"mossar: {word}{''.join(c if c.isprintable() else ' ' for c in text)}"
 
 

@@ -43,14 +43,14 @@ Kind = list[Part]
 
 
 def discover(whole: LoadedRecording, settings: Settings) -> tuple[list[Kind], int]:
-    """Return the kinds of moves in a recording, the most frequent first, and how many movements were left out.
+    """Return the kinds of moves in a recording, the most frequent first, and the number of omitted movements.
 
     In each kind the most typical movement comes first. Movements are left out if they are too
     short or too small for an example, if a joint is missing, or if there are too many to compare.
 
     Args:
         whole: The recording.
-        settings: Of the segmentation; its level says how long moves are.
+        settings: Of the segmentation; its level sets the length of moves.
     """
     result = segment_recording(
         whole.positions,
@@ -77,7 +77,7 @@ def discover(whole: LoadedRecording, settings: Settings) -> tuple[list[Kind], in
 
 
 def lines_of(kinds: list[Kind]) -> list[str]:
-    """Return a line for each kind: how often it was made, and when."""
+    """Return a line for each kind, with the number and the times of its movements."""
     found = []
     for number, kind in enumerate(kinds, 1):
         moments = ", ".join(f"{part.start:.1f}" for part in sorted(kind, key=lambda part: part.start)[:8])

@@ -1,4 +1,4 @@
-"""Elapsed: times as people read them, since the beginning of the stream, whatever clock its source has."""
+"""Elapsed: times since the beginning of the stream, independent of its source's clock."""
 
 from typing import Final
 
@@ -25,7 +25,7 @@ class _Span:
 class Elapsed:
     """Turns times of sources' clocks into seconds since the beginning of the stream.
 
-    A performer who comes later, or a clock that jumps, goes on where the stream is then.
+    A performer who comes later, or a clock that jumps, continues at the stream's present time.
 
     Example:
         >>> elapsed = Elapsed()
@@ -40,7 +40,7 @@ class Elapsed:
         self._spans: dict[str, tuple[_Span, _Span]] = {}
 
     def see(self, performer: str, first: float, last: float) -> None:
-        """Take note of frames: the times of the first and the last one, s."""
+        """Note frames: the times of the first and the last one, s."""
         before = self._spans.get(performer)
         if before is None or not before[1].has(first):
             begun = _Span(self._origin(first), first)

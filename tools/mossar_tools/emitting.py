@@ -20,7 +20,7 @@ def check_emission(streaming: Streaming, settings: Settings, emission: Emission,
         teaches: Whether moves may be shown while it runs.
 
     Raises:
-        UsageError: If none of the events of a type that is asked for can come; it names the option that is missing.
+        UsageError: If no event of a wanted type can come; it names the missing option.
     """
     if not streaming.emit:
         return

@@ -6,7 +6,7 @@ DONE, FAILED, WRONG_USAGE, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143  # exit s
 
 
 class UsageError(MossarError):
-    """The command line or the configuration asks for something impossible; status 2."""
+    """The command line or the configuration is not valid; status 2."""
 
 
 class Terminated(BaseException):

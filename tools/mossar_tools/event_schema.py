@@ -31,7 +31,7 @@ def event_schema() -> dict[str, Any]:
     }
 
 
-# What is sent besides events: its type, and the fields that may be absent.
+# Further messages: their type, and the fields that may be absent.
 _MAPS: dict[type, tuple[str, tuple[str, ...]]] = {
     MetaMap: ("meta", ("fps", "settings", "run", "version")),
     StateMap: ("state", ("level", "run")),
@@ -62,7 +62,7 @@ def _add_map(schema: dict[str, Any], record: type) -> None:
 
 
 def _left_out(event: type[msgspec.Struct]) -> list[str]:
-    """Return the fields that are not sent where they say nothing."""
+    """Return the fields that are not sent if they are empty."""
     if not event.__struct_config__.omit_defaults:
         return []
     fields = msgspec.structs.fields(event)

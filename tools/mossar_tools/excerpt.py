@@ -20,15 +20,15 @@ from mossar_tools.marks import (
 
 
 class Excerpt(Chart, frozen=True, kw_only=True):
-    """What was found between two times; see `Chart`, too.
+    """The results between two times; see `Chart`, too.
 
     Args:
         cuts: Times of the true cuts, s.
         hierarchy: All key frames of the recording in the order in which they fall.
         whole: Where the recording begins and ends, s.
         level: Strength from which key frames stand.
-        level_name: What to call it.
-        about: What the title says of it; None counts frames and key frames.
+        level_name: Its name.
+        about: Text of the title; None counts frames and key frames.
         repetitions: Begin, end (s) and number in the bout of those in it.
     """
 
@@ -57,10 +57,10 @@ def excerpt(
         whole: The recording.
         result: Its result.
         chosen: The level to show.
-        count: Number of key frames asked for, if it was not a level.
+        count: Wanted number of key frames, if not a level.
         curve: The curve, if `result` has none.
         threshold: The one of that curve.
-        level: Strength from which key frames stand and what to call it, if not those of the result's settings.
+        level: Strength from which key frames stand and its name, if not those of the result's settings.
     """
     start, end = (float(whole.times[0]), float(whole.times[-1])) if len(whole.times) else (0.0, 1.0)
     if curve is None:
@@ -98,7 +98,7 @@ def chosen_of(result: Result, count: int | None) -> Segmentation:
 
 
 def _level(result: Result, chosen: Segmentation, count: int | None) -> tuple[float, str]:
-    """Return the strength from which key frames stand, and what to call it."""
+    """Return the strength from which key frames stand, and its name."""
     settings = result.settings
     if count is None:
         strength = settings.strength(settings.level)

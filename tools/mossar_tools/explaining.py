@@ -4,7 +4,7 @@ from mossar_stream import Explanation, Oddity
 
 
 def line_of(explanation: Explanation) -> str:
-    """Return a line about the move that came nearest in a movement, and what kept it from being recognised.
+    """Return a line about the nearest move in a movement, and the reason why it was not recognised.
 
     Example:
         >>> line_of(Explanation("p1", 1.0, 2.1, "jab", "", 0.3, 0.47, 1.8, "hook", 1.0))
@@ -36,7 +36,7 @@ def lines_of_oddity(name: str, place: int, oddity: Oddity) -> list[str]:
     Args:
         name: Of the move.
         place: Of the example among those of its name, from 1.
-        oddity: What is unlike.
+        oddity: The difference.
 
     Example:
         >>> lines_of_oddity("punch", 2, Oddity(("duration",), 0.27, 3.97, 0.99, 0.2, ""))

@@ -31,8 +31,8 @@ def figure_lines(chosen: Floats, poses: Floats, skeleton: Skeleton, *, fine: boo
     """Return poses side by side.
 
     Args:
-        chosen: (k, J, 3) m, what is drawn.
-        poses: (n, J, 3) m, of the same recording: they say what is up, and how large the body is.
+        chosen: (k, J, 3) m, the drawn poses.
+        poses: (n, J, 3) m, of the same recording, for the vertical and the size of the body.
         skeleton: J joints.
         fine: See `example_lines`.
     """

@@ -1,4 +1,4 @@
-"""Follow plot: how far each performance of a followed move strays from the example, limb by limb, as small multiples."""
+"""Follow plot: the deviation of each performance of a followed move, limb by limb, as small multiples."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -29,7 +29,7 @@ class LiveTeaching:
 
     Args:
         options: The user's options.
-        console: Where words and figures go.
+        console: Receives the words and figures.
     """
 
     def __init__(self, options: "Options", console: Console) -> None:

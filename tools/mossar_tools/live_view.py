@@ -1,4 +1,4 @@
-"""Live view: key frames as they come, line by line, in a terminal; and what there is to say at the end."""
+"""Live view: key frames as they come, line by line, in a terminal; and a summary at the end."""
 
 import statistics
 import threading
@@ -57,7 +57,7 @@ class LiveView:
     """Shows key frames; implements `Sink` and takes frames. Counts them even when nothing is shown.
 
     Args:
-        console: Where lines go.
+        console: Receives the lines.
         sources: True cuts of the built-in performers among them are shown, too.
         visible: Whether to show anything before the end.
         emission: Which events are shown; all are counted.
@@ -148,7 +148,7 @@ class LiveView:
         self._judge(dict.fromkeys(self._times, float("inf")))
 
     def send_frames(self, frames: Frames) -> None:
-        """Take note of the time; judge the true cuts that have had theirs."""
+        """Note the time; judge the true cuts that have had theirs."""
         # Frames come in line with the events, so that no verdict overtakes a key frame.
         self._elapsed.see(frames.performer, float(frames.times[0]), float(frames.times[-1]))
         self._times[frames.performer] = float(frames.times[-1])
@@ -163,7 +163,7 @@ class LiveView:
             self._console.status(self._status(pipeline))
 
     def summary(self) -> list[str]:
-        """Return what there is to say at the end."""
+        """Return the summary at the end."""
         lines = self._counts()
         if self.score.cuts:
             spread = (
@@ -188,7 +188,7 @@ class LiveView:
         return statistics.median(self._delays[name])
 
     def _counts(self) -> list[str]:
-        """Return what was counted, recognised and followed."""
+        """Return the counts of repetitions, recognised and followed moves."""
         lines = []
         for (performer, channel), total in self._repetitions.items():
             of = performer if channel == BODY else f"{performer}, {channel}"
@@ -276,7 +276,7 @@ class LiveView:
         return self._console.colour(self._cut(text), "1;32")
 
     def _pose_line(self, event: PoseEvent) -> str:
-        """Return how long a pose has been held, and where the body strays."""
+        """Return the duration of a held pose, and the limb that strays."""
         text = (
             f"{event.performer:<12}{self._since(event, event.decided_time):>8.2f} s  {event.name} {event.status}, "
             f"{event.seconds:.1f} s,"
@@ -311,7 +311,7 @@ class LiveView:
         )
 
     def _cut(self, text: str, room: int | None = None) -> str:
-        """Return a text as it is printed, no longer than the room there is; the terminal's width if None."""
+        """Return a text, cut to the room in the line; the terminal's width if None."""
         text, more = self._console.plain(text), self._console.plain("…")
         room = self._console.width() if room is None else room
         return text if len(text) <= room else f"{text[: max(room - len(more), 0)]}{more}"[:room]
@@ -341,7 +341,7 @@ class LiveView:
         return [leading[name] for name in sorted(leading)]
 
     def _progress(self, event: FollowEvent) -> str:
-        """Return how far a followed move is, its count, and the limb that strays most."""
+        """Return the progress of a followed move, its count, and the limb that strays most."""
         if event.status in OVER:
             return f"{event.name} {event.count} done"
         moment = bar(event.progress, 12, fine=self._console.unicode)
@@ -352,6 +352,6 @@ class LiveView:
 
 
 def _rank(event: FollowEvent) -> tuple[bool, float, float]:
-    """Return what puts followed moves of a performer in order: the one that is most likely being made is last."""
+    """Return a sort key of a performer's followed moves: the one that is most likely being made is last."""
     active = event.status not in OVER
     return active, event.certainty * active, event.time

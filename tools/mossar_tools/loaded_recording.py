@@ -15,7 +15,7 @@ from mossar_tools.opening import check_url, is_port, recording_of, source_of
 from mossar_tools.options import NOBODY, People
 
 AS_IT_IS = ReadOptions()
-DEMO_SECONDS = 30  # of motion, unless the URL says otherwise
+DEMO_SECONDS = 30  # of motion, unless the URL sets it
 _CHUNK_CUTS = 8  # more than lie in one chunk of a performance
 
 

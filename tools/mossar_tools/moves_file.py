@@ -1,7 +1,7 @@
 """The user's file of moves: read, added to, and written.
 
 A program that changes it locks it from before it is read until it is written. Otherwise one of two programs that teach
-at once would overwrite what the other took. The lock is a file beside it, because the file itself is replaced.
+at once would overwrite the other's examples. The lock is a file beside it, because the file itself is replaced.
 """
 
 import contextlib
@@ -76,7 +76,7 @@ def moves_to_follow(
 
 
 def followed(names: Sequence[str], moves: Moves) -> Follow:
-    """Return which of the moves that there are so far are followed, of those that are wanted."""
+    """Return the wanted moves to follow that exist so far."""
     return EVERY in names or tuple(name for name in names if name in moves.reported)
 
 
@@ -98,7 +98,7 @@ def moves_for(path: str | Path, skeleton: Skeleton) -> Moves:
 
 @contextlib.contextmanager
 def changing(path: str | Path, skeleton: Skeleton | None = None) -> Iterator[Moves]:
-    """Yield the moves of a file, and replace the file as a whole by what became of them, if that was no error.
+    """Yield the moves of a file, and replace the file as a whole by the changed moves, unless there is an error.
 
     Other programs that change the file wait so long.
 
@@ -129,7 +129,7 @@ def take_back(path: str | Path, name: str | None = None) -> tuple[Example, int]:
         name: Of the move; None for whichever was shown last.
 
     Returns:
-        The example, and how many of its name are left.
+        The example, and the number of remaining ones of its name.
 
     Raises:
         MossarError: If there is none, or the file cannot be read or written.
@@ -149,7 +149,7 @@ def take_back(path: str | Path, name: str | None = None) -> tuple[Example, int]:
 def take_pose(
     path: str | Path, skeleton: Skeleton, name: str, positions: NDArray[np.float32], fps: float, hold: float
 ) -> Moves:
-    """Add a pose to a file; when this returns it is on the disk, whatever happens afterwards.
+    """Add a pose to a file; it is on the disk when this returns.
 
     Returns:
         All moves of the file.

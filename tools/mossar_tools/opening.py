@@ -66,7 +66,7 @@ def is_port(text: str) -> bool:
 
 
 def check_url(text: str) -> None:
-    """Refuse what is nearly a URL: the name of a scheme, an address without a port, several sources in one word.
+    """Refuse a near URL: the name of a scheme, an address without a port, several sources in one word.
 
     Raises:
         UsageError: If it is one of these, and no file.
@@ -76,7 +76,7 @@ def check_url(text: str) -> None:
     forms = [scheme.form for scheme in SCHEMES if text in scheme.names and text != "file"]
     if forms:
         form = forms[0].partition("?")[0].partition(",")[0]
-        raise UsageError(f"{text}: there is no such file; what is meant may be {form}")
+        raise UsageError(f"{text}: there is no such file - did you mean {form}?")
     if _HOST.fullmatch(text):
         raise UsageError(f"{text}: a port is missing, as in {text}:39539")
     parts = text.split(",")
@@ -85,7 +85,7 @@ def check_url(text: str) -> None:
 
 
 def _port_of(text: str) -> tuple[str, str] | None:
-    """Return host and port of what is no URL and no file, but a port; the host is empty if there is only a port."""
+    """Return host and port of a text that is no URL and no file, but a port; the host may be empty."""
     found = _PORT.fullmatch(text)
     if found is None or Path(text).exists():
         return None
@@ -129,7 +129,7 @@ def source_of(
     *,
     loop: bool = False,
 ) -> Source:
-    """Return the source that a URL or path stands for, and say what its opening found out.
+    """Return the source that a URL or path stands for, and log the notes of its opening.
 
     Args:
         url: As on the command line.
@@ -175,7 +175,7 @@ def _check_performer(source: Source, wanted: str | None) -> None:
 
 
 def recording_of(url: str, reading: ReadOptions) -> Recording:
-    """Return the recording that a path stands for, and say what its reader found out.
+    """Return the recording that a path stands for, and log the notes of its reader.
 
     Raises:
         FileError: If it cannot be read.

@@ -41,7 +41,7 @@ class Outputs(NamedTuple):
 
     @classmethod
     def of(cls, options: msgspec.Struct) -> Self:
-        """Return what the options ask for, after a look whether it can be written: before the work, not after it.
+        """Return the outputs of the options, after a check that they can be written: before the work, not after it.
 
         Raises:
             MossarError: If something cannot be written, or is there already and `--force` is not given.
@@ -91,7 +91,7 @@ class Outputs(NamedTuple):
         return STANDARD_OUTPUT in {self.json, self.csv}
 
     def reading(self, console: Console, *, quiet: bool) -> Callable[[str], None] | None:
-        """Return what writes lines to read; None if they are not wanted, or standard output is taken and no terminal is left."""
+        """Return a writer of readable lines; None if unwanted, or if standard output is taken and no terminal is left."""
         if quiet:
             return None
         if not self.piped:
@@ -113,13 +113,13 @@ class Outputs(NamedTuple):
 
     @contextlib.contextmanager
     def json_lines(self, console: Console) -> Iterator[Callable[[Mapping[str, Any]], None]]:
-        """Yield what writes one JSON object a line, each as soon as it is there; nothing if that is not wanted."""
+        """Yield a writer of one JSON object a line, each at once; it writes nothing if that is not wanted."""
         with _lines(self.json, console) as write:
             yield lambda value: write(msgspec.json.encode(value).decode() + "\n")
 
     @contextlib.contextmanager
     def csv_rows(self, columns: Sequence[str], console: Console) -> Iterator[Callable[[Rows], None]]:
-        """Yield what writes rows of a table, each as soon as they are there; nothing if that is not wanted."""
+        """Yield a writer of rows of a table, each at once; it writes nothing if that is not wanted."""
         with _lines(self.csv, console) as write:
             write(_csv_text(columns, [dict(zip(columns, columns, strict=True))]))
             yield lambda rows: write(_csv_text(columns, rows))
@@ -152,7 +152,7 @@ def _csv_text(columns: Sequence[str], rows: Rows) -> str:
 
 @contextlib.contextmanager
 def _lines(place: str | None, console: Console) -> Iterator[Callable[[str], None]]:
-    """Yield what writes whole lines to a place, to nowhere if it is None."""
+    """Yield a writer of whole lines to a place, to nowhere if it is None."""
     if place is None:
         yield lambda _: None
     elif place == STANDARD_OUTPUT:
@@ -174,7 +174,7 @@ def _lines(place: str | None, console: Console) -> Iterator[Callable[[str], None
             with contextlib.suppress(OSError):
                 file.close()
             with _file_errors(place):
-                # What there is of a new file is kept, as of a long batch that was interrupted.
+                # The part of a new file is kept, as of a long batch that was interrupted.
                 draft.drop() if draft.replaces else draft.put()
             raise
         with _file_errors(place):

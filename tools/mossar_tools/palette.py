@@ -1,4 +1,4 @@
-"""Palette: colours of pictures and dashboards, told apart with any kind of colour vision (Okabe and Ito)."""
+"""Palette: colours of pictures and dashboards, distinct with any kind of colour vision (Okabe and Ito)."""
 
 from typing import Final
 

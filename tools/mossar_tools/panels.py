@@ -1,4 +1,4 @@
-"""Panels of a plot: the velocity curve, the segments, the tree. Each says what it has left out."""
+"""Panels of a plot: the velocity curve, the segments, the tree. Each returns the marks that it left out."""
 
 import itertools
 from typing import Any
@@ -13,7 +13,7 @@ from mossar_tools.palette import Palette
 from mossar_tools.thinning import extremes, runs, strongest_apart
 
 MARKS = {"onset": "^", "offset": "v", "minimum": "o"}
-# What can be told apart, inches.
+# Least distinguishable distances, inches.
 MARK_GAP = 0.075  # between two marks on the curve
 JOIN_GAP = 0.06  # between two joins of the tree
 CUT_GAP = 0.035
@@ -30,8 +30,8 @@ def draw_curve(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Lef
     """Draw velocity, envelope and threshold, and the key frames by kind.
 
     Args:
-        axes: Where.
-        shown: What.
+        axes: Of the panel.
+        shown: The excerpt.
         width: Of the panel, inches.
         palette: Colours.
     """
@@ -148,7 +148,7 @@ def draw_strip(
     axes.broken_barh(bars, (0.08, 0.84), facecolors=[colours[part.state] for part in parts], lw=0)
     label = name.replace("_", " ")
     axes.text(-0.006, 0.5, label, transform=axes.transAxes, ha="right", va="center")
-    return [f"{len(segments)} {label} by what most of the time is"] if len(segments) > most else []
+    return [f"{len(segments)} {label} by the state of most of the time"] if len(segments) > most else []
 
 
 def draw_tree(axes: Any, shown: Excerpt, width: float, palette: Palette) -> LeftOut:

@@ -14,7 +14,7 @@ from mossar_tools.errors import UsageError
 
 FEW: Final = 5  # examples of the short help
 _OUTPUTS: Final = ("--csv", "--json", "--plot", "--to")
-# What people type for an option that has another name; of these, those that the command has are named.
+# Likely names of options that have other names; messages name those that the command has.
 _MEANT: Final[dict[str, tuple[str, ...]]] = {
     "-o": _OUTPUTS,
     "--out": _OUTPUTS,
@@ -28,7 +28,7 @@ _SOURCE: Final = ("-i", "-p", "--in", "--input", "--source", "--file")
 
 
 class Declares(Protocol):
-    """What a command says of itself; `COMMON`, the options of its short help, is optional."""
+    """The declarations of a command; `COMMON`, the options of its short help, is optional."""
 
     DESCRIPTION: str
     EXAMPLES: str
@@ -48,7 +48,7 @@ class Parser(argparse.ArgumentParser):
         super().__init__(**options)
         self._common = frozenset(common)
         self._short = short
-        self._given: list[str] = []  # what is parsed
+        self._given: list[str] = []  # the parsed arguments
         if common:
             self.add_argument(
                 "--help-all",
@@ -58,12 +58,12 @@ class Parser(argparse.ArgumentParser):
             )
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Keep what is parsed, for messages."""
+        """Keep the parsed arguments, for messages."""
         self._given = list(sys.argv[1:] if args is None else args)
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
-        """Raise what is wrong instead of ending the program."""
+        """Raise the error instead of ending the program."""
         name = message.removeprefix("argument ").partition(":")[0].partition("/")[0]
         if message.startswith("unrecognized"):
             message = self._unknown(message)
@@ -122,7 +122,7 @@ class Parser(argparse.ArgumentParser):
         return f" - did you mean {' or '.join(shown)}?" if own else ""
 
     def _setting(self, option: str) -> str:
-        """Return how a setting is given that was typed as an option, or nothing."""
+        """Return the form of a setting that was typed as an option, or nothing."""
         from mossar_stream import Settings
 
         name = option.lstrip("-").replace("-", "_")
@@ -131,7 +131,7 @@ class Parser(argparse.ArgumentParser):
         return f" - did you mean --set {name}=VALUE?"
 
     def _without_value(self, value: str) -> str:
-        """Return which option takes no value, if one stands before a value that is unknown; else nothing."""
+        """Return the option without a value that stands before an unknown value; else nothing."""
         for before, given in itertools.pairwise(self._given):
             action = self._option_string_actions.get(before)
             if given == value and action is not None and action.nargs == 0:
@@ -153,7 +153,7 @@ class _HelpAll(argparse.Action):
 
 
 def _elsewhere(option: str, prog: str) -> str:
-    """Return which commands have an option that this one lacks, or nothing."""
+    """Return the commands that have an option that this one lacks, or nothing."""
     from mossar_tools.cli import COMMANDS, command_called
 
     own = prog.rpartition(" ")[2]
@@ -177,12 +177,12 @@ def first_example(epilog: str) -> str:
 
 
 def did_you_mean(wrong: str, right: Iterable[str], *, alike: float = 0.6) -> str:
-    """Return a question that names what may have been meant, or nothing.
+    """Return a question that names the likely word, or nothing.
 
     Args:
-        wrong: What was typed.
-        right: What there is.
-        alike: How alike the two must be, from 0 to 1.
+        wrong: The typed word.
+        right: The known words.
+        alike: Least similarity of the two, from 0 to 1.
 
     Example:
         >>> did_you_mean("segmnt", ["run", "segment"])

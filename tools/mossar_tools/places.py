@@ -1,4 +1,4 @@
-"""Places: which options of commands name what is read, and which what is written.
+"""Places: the options of commands that name inputs, and those that name outputs.
 
 The rule itself is `mossar_adapters.files.replacing.check_places`; every command passes here before it begins.
 """
@@ -15,7 +15,7 @@ from mossar_tools.options import STANDARD_OUTPUT
 
 READ = ("sources", "file", "moves", "labels", "skeleton", "config", "model")
 WRITTEN = ("json", "csv", "plot", "curves", "export", "save", "cut", "to", "snapshot")
-# What commands write that elsewhere is read. `teach` changes its file of moves.
+# Outputs that other commands read. `teach` changes its file of moves.
 WRITTEN_BY = {"record": ("file",), "teach": ("file",)}
 
 

@@ -1,8 +1,8 @@
 """Plot: a segmented recording as one picture.
 
 From the top: the skeleton at the key frames that stand; the velocity curve between floor and ceiling, with key
-frames by kind; the segments; the hierarchy as a tree, with the level that was chosen. Where there is more than can
-be told apart, the strongest is drawn and the last line says what was left out.
+frames by kind; the segments; the hierarchy as a tree, with the level that was chosen. If marks are too many to be
+distinguished, the strongest are drawn and the last line counts the rest.
 """
 
 import math
@@ -48,7 +48,7 @@ def draw(
         result: Its result, with curves.
         chosen: The level to show.
         palette: Colours.
-        count: Number of key frames asked for, if it was not a level.
+        count: Wanted number of key frames, if not a level.
         width: Inches.
 
     Raises:
@@ -65,7 +65,7 @@ def draw_excerpt(
     Args:
         target: A path as for `draw`, or a binary file that takes a PNG.
         whole: The recording.
-        shown: What of it.
+        shown: The excerpt.
         palette: Colours.
         width: Inches.
 
@@ -187,12 +187,12 @@ def _draw_legend(
 
 
 def _letters(width: float) -> int:
-    """Return how many letters of the note fit into a line."""
+    """Return the number of letters of the note that fit into a line."""
     return int((width - _LEFT - 0.2) * 17)
 
 
 def _draw_note(figure: Any, left_out: list[str], advice: str, palette: Palette) -> None:
-    """Say at the bottom what there was no room for."""
+    """Write at the bottom which marks were left out."""
     if not left_out:
         return
     width, height = figure.get_size_inches()

@@ -29,7 +29,7 @@ class _Figure(msgspec.Struct, frozen=True):
 
     @property
     def reach(self) -> float:
-        """How far it goes to either side of its place, m."""
+        """Its extent to either side of its place, m."""
         return float(np.nanmax(np.abs(self.joints[:, 0])))
 
 
@@ -41,7 +41,7 @@ def draw_poses(
     Args:
         axes: Where.
         whole: The recording.
-        shown: What of it.
+        shown: The excerpt.
         size: Width and height of the panel, inches.
         palette: Colours.
     """

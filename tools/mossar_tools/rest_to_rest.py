@@ -1,7 +1,7 @@
 r"""Rest to rest: finds the movement that is over, among the latest frames of a stream.
 
-What rest is depends on the movement: slow compared with its peak. People who stand on guard sway more than those who
-stand at ease. A rest that `activity` reports for the body and all limbs is one, too; it knows the noise of the sensor.
+Rest is relative to the movement: slow compared with its peak. People who stand on guard sway more than those who stand
+at ease. A rest that `activity` reports for the body and all limbs is one, too; it knows the noise of the sensor.
 
     speed   ____/‾\___/‾\_/‾\___/‾\_________
             home    pause        home  over
@@ -23,12 +23,12 @@ BEFORE_FIRST = 0.9  # s of rest where the frames begin with a stream: the time b
 SETTLED = 1.0  # s of rest in another pose, where a movement may begin, too
 POSED = 0.3  # s of a rest, whose mean pose is that of the rest
 SLOW = 0.1  # of the peak of speed: slower is rest
-MOST_PEAK = 6.0  # m/s, of the peak: a sensor that loses the body for a moment must not hide what follows
+MOST_PEAK = 6.0  # m/s, of the peak: a sensor that loses the body for a moment must not hide later movements
 STILL = 0.06  # m/s: slower is rest
 LEAST_WAY = 0.1  # m, that joints go from the pose at rest: less is no movement
 NEAR = 0.4  # of the way that a movement goes: poses nearer to each other are the same
 LEAST_NEAR = 0.06  # m
-JOINTS = 3  # that are looked at, the fastest or the farthest: those of a limb
+JOINTS = 3  # that are compared, the fastest or the farthest: those of a limb
 
 
 class Seen(NamedTuple):
@@ -55,7 +55,7 @@ class Found(NamedTuple):
     Args:
         begin: First frame of it; -1 if it did not begin at rest.
         end: Last frame of it.
-        way: m, how far joints went; less than `LEAST_WAY` is sway.
+        way: m, distance that joints moved; less than `LEAST_WAY` is sway.
     """
 
     begin: int
@@ -80,7 +80,7 @@ def most(values: NDArray[np.floating]) -> NDArray[np.float64]:
 
 
 def extent(seen: Seen) -> float:
-    """Return how far the joints went from the first pose, m."""
+    """Return the distance of the joints from the first pose, m."""
     return _way(seen, np.asarray(seen.poses[0], np.float64), 0, len(seen.poses) - 1)
 
 
@@ -90,7 +90,7 @@ def movement_over(seen: Seen, away: float, *, at_end: bool = False) -> Found | N
     Args:
         seen: Frames.
         away: s of rest in another pose than the first one, after which a movement is over.
-        at_end: Whether the stream ends: what was begun is over.
+        at_end: Whether the stream ends, and the movement with it.
     """
     peak = int(np.argmax(seen.speeds))
     quiet = seen.resting | (seen.speeds < max(STILL, SLOW * min(float(seen.speeds[peak]), MOST_PEAK)))
@@ -153,5 +153,5 @@ def _apart(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
 
 
 def _way(seen: Seen, home: NDArray[np.float64], begin: int, end: int) -> float:
-    """Return how far the joints went from a pose, m."""
+    """Return the distance that the joints moved from a pose, m."""
     return float(most(np.linalg.norm(seen.poses[begin : end + 1] - home, axis=-1)).max(initial=0.0))

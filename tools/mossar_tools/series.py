@@ -1,4 +1,4 @@
-"""Series: examples of one move that are shown one after the other, and saved together.
+"""Series: examples of one move that are shown in sequence, and saved together.
 
 An example that is unlike the others of its name is not kept but shown again. Of the first two examples of a name either
 may be the slip: if the third is like the second, the first is dropped.
@@ -23,7 +23,7 @@ class Shown(msgspec.Struct, frozen=True):
         seconds: How long the movement took, s.
         is_kept: Whether it is an example of the series.
         count: Examples of the series so far.
-        unlike: Lines about what it has unlike the others of its name; of one that is kept in spite of it, too.
+        unlike: Lines about its differences from the others of its name; of one that is kept in spite of it, too.
         is_first_dropped: Whether the first one of the series was dropped, because the last two are alike.
     """
 
@@ -126,7 +126,7 @@ class Series:
         return moves.examples[0]
 
     def _unlike(self, others: Moves, movement: Movement) -> tuple[str, ...]:
-        """Return lines about what a movement has unlike the others of its name."""
+        """Return lines about the differences of a movement from the others of its name."""
         moves = others.copy()
         self._add_to(moves, movement)
         oddity = moves.oddity(len(moves) - 1)

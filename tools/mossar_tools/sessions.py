@@ -1,4 +1,4 @@
-"""Sessions: columns that say of whom and of which session a recording is, so that one table holds a whole study."""
+"""Sessions: columns with person and session of a recording, so that one table holds a whole study."""
 
 import re
 from pathlib import Path
@@ -20,7 +20,7 @@ def columns_of_names(options: "Options") -> tuple[str, ...]:
 
 
 def values_of_name(options: "Options", path: str) -> dict[str, str]:
-    """Return what these columns have for a recording; what is given takes precedence over the file's name.
+    """Return the values of these columns for a recording; options take precedence over the file's name.
 
     Args:
         options: The user's options.
@@ -41,7 +41,7 @@ def values_of_name(options: "Options", path: str) -> dict[str, str]:
 
 
 def check_pattern(options: "Options") -> None:
-    """Refuse a pattern that says nothing, or twice the same.
+    """Refuse a pattern without names, or with a name twice.
 
     Raises:
         UsageError: If it has no field, a field twice, or one that is a column already.

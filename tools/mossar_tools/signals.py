@@ -19,9 +19,9 @@ from typing import Final
 
 from mossar_tools.errors import DONE, INTERRUPTED, TERMINATED, Terminated
 
-_AGAIN: Final = 0.02  # s until a signal is looked at again that came at a delicate moment
+_AGAIN: Final = 0.02  # s until a signal that came at a delicate moment is handled
 _DELICATE: Final = ("importlib", "_frozen_importlib", "_frozen_importlib_external")
-_deferred: list[int] = []  # signals that are looked at again
+_deferred: list[int] = []  # signals that are to be handled again
 _awaited: list[None] = []  # one for each block that waits for the exceptions of signals
 
 
@@ -124,13 +124,13 @@ def _signal_again(number: int) -> None:
     if number not in _deferred:
         return
     if hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(threading.main_thread().ident or 0, number)  # wakes what waits
+        signal.pthread_kill(threading.main_thread().ident or 0, number)  # wakes waiting calls
     else:
         _thread.interrupt_main(signal.Signals(number))
 
 
 def _is_delicate(frame: FrameType | None) -> bool:
-    """Tell whether an exception in a frame could be lost, or harm a library that calls it."""
+    """Return whether an exception in a frame could be lost, or harm a library that calls it."""
     while frame is not None:
         module = frame.f_globals.get("__name__") or ""
         name = frame.f_code.co_name

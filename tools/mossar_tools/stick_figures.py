@@ -25,7 +25,7 @@ _HEAD = re.compile(r"^(head|nose|.*[_:. ]head)$", re.IGNORECASE)
 
 
 class View(msgspec.Struct, frozen=True):
-    """How skeletons of a recording are looked at.
+    """View of the skeletons of a recording.
 
     Args:
         up: Index of the vertical axis.
@@ -41,7 +41,7 @@ class View(msgspec.Struct, frozen=True):
 
 
 def view_of(skeleton: Skeleton, poses: Floats) -> View:
-    """Return how to look at the skeletons of a recording.
+    """Return the view of the skeletons of a recording.
 
     Args:
         skeleton: J joints.
@@ -97,7 +97,7 @@ def leftward(pose: Floats, upward: Floats, view: View) -> Floats:
     level = pose - np.outer(pose @ upward, upward)
     spans = np.array([level[left] - level[right] for left, right in view.pairs]).reshape(-1, 3)
     spans = spans[np.isfinite(spans).all(axis=1)]
-    # Hips and shoulders tell where the body faces; hands and feet may be anywhere.
+    # Hips and shoulders show the facing of the body; hands and feet may be anywhere.
     near = spans[np.linalg.norm(spans, axis=1) < 0.3 * view.height]
     direction = (near if len(near) else spans).sum(axis=0)
     length = float(np.linalg.norm(direction))

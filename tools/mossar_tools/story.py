@@ -35,7 +35,7 @@ class Story(LiveView):
     """Shows a performance: the performer, `moving` and `resting` at once, each key frame once, when it is decided.
 
     Args:
-        console: Where lines go.
+        console: Receives the lines.
         sources: The built-in performers; their true cuts are the truth.
         options: Of `LiveView`.
     """
@@ -51,11 +51,11 @@ class Story(LiveView):
         self._states: dict[str, str] = {}
 
     def announce(self, meta: Meta) -> None:
-        """Take note of how the performer is to be drawn."""
+        """Note the view of the performer."""
         self._bodies[meta.performer] = (meta.skeleton, None)
 
     def send_frames(self, frames: Frames) -> None:
-        """Take note of the latest pose, and of the time."""
+        """Note the latest pose, and of the time."""
         super().send_frames(frames)
         if frames.performer in self._bodies:
             self._bodies[frames.performer] = (self._bodies[frames.performer][0], frames.positions[-1])
@@ -105,7 +105,7 @@ class Story(LiveView):
         self._console.line(self._console.colour(self._cut(text), "33"))
 
     def _key_line(self, event: KeyFrameEvent) -> str:
-        """Return the line of a key frame: what it separates, and how long the decision took."""
+        """Return the line of a key frame: the states that it separates, and the delay of the decision."""
         cut = self._cut_at(event)
         self._others += cut is None
         mark, said = (
@@ -151,7 +151,7 @@ class Story(LiveView):
         return self.score.cuts_of(performer)
 
     def summary(self) -> list[str]:
-        """Return how much was found, how soon, and what to try next."""
+        """Return the numbers of events, their delays, and commands to try next."""
         if not self.visible:
             return super().summary()
         found = sum(map(len, self._found.values()))

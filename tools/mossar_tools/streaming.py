@@ -45,11 +45,11 @@ def stream(
     server: "PlayerServer | None" = None,
     view_of: type[LiveView] = LiveView,
 ) -> tuple[int, list[str]]:
-    """Run a pipeline as the options say.
+    """Run a pipeline by the options.
 
     Args:
         options: As of `mossar run`.
-        console: Where words go.
+        console: Receives the words.
         page_only: Whether the dashboard is all there is to see, unless sinks are named.
         server: Of the page for players, which is shown in place of the dashboard; None for the dashboard.
         view_of: The view of a terminal.
@@ -114,7 +114,7 @@ def stream(
 
 
 def _skip_what_waits(sources: Sequence[Source]) -> None:
-    """Discard what live sources received before now."""
+    """Discard frames that live sources received before now."""
     for source in sources:
         if (live := offered(source, SkipsWaiting)) is not None:
             live.skip_waiting()
@@ -133,7 +133,7 @@ def _opened_show(
     opened: contextlib.ExitStack,
     server: "PlayerServer | None",
 ) -> "LiveShow":
-    """Show what is streamed, on the page for players if there is a server of it, else on the dashboard."""
+    """Show the stream, on the page for players if there is a server of it, else on the dashboard."""
     from mossar_tools.dashboard.live import LiveShow
     from mossar_tools.dashboard.visitors import HERE
 
@@ -175,7 +175,7 @@ def check_streamable(settings: Settings, moves: Moves | None = None, follow: Fol
 
 
 def _snapshot(path: str | None, opened: contextlib.ExitStack) -> Snapshot | None:
-    """Return what to go on with, if a run was cut short; the file is this run's until `opened` closes."""
+    """Return the snapshot of an interrupted run, if there is one; the file is this run's until `opened` closes."""
     if path is None:
         return None
     opened.callback(Claim(path).release)
@@ -248,7 +248,7 @@ def _controls(options: "Options", pipeline: Pipeline, listeners: list[ControlLis
 
 @contextlib.contextmanager
 def _metrics(place: tuple[str, int] | None, pipeline: Pipeline) -> Iterator[None]:
-    """Serve counters while the block runs, if that is asked for."""
+    """Serve counters while the block runs, if wanted."""
     if place is None:
         yield
         return

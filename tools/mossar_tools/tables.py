@@ -39,9 +39,9 @@ def segmentation_table(
         whole: The recording.
         result: Its result.
         chosen: The level to show.
-        console: Tells what can be printed.
-        angles: Whether to say how far joints bend in repetitions.
-        keep: How many key frames were wanted, if it was not a level.
+        console: Tells whether symbols can be printed.
+        angles: Whether to add the ranges of joints in repetitions.
+        keep: Wanted number of key frames, if not a level.
     """
     zero = _zero(whole)
     for line in (
@@ -64,7 +64,7 @@ def answers(
         whole: The recording.
         result: Its result.
         zero: Time of its clock that counts as 0, s.
-        angles: Whether to say how far joints bend in repetitions.
+        angles: Whether to add the ranges of joints in repetitions.
     """
     if result.settings.repetitions:
         yield from _repetitions("", result, zero)
@@ -102,7 +102,7 @@ def _heading(whole: LoadedRecording, zero: float) -> Iterator[str]:
 
 
 def _of_level(result: Result, chosen: Segmentation, keep: int | None) -> str:
-    """Return how many segments there are, and how that number was chosen."""
+    """Return the number of segments, and the way it was chosen."""
     kept, known = len(chosen.key_frames), len(result.key_frames)
     level = result.settings.level
     where = f"level {level}" if isinstance(level, str) else f"strength {level:g}"
@@ -145,7 +145,7 @@ def _row(cells: Mapping[str, str], columns: Mapping[str, str], joints: Sequence[
 
 
 def _followed(result: Result, zero: float) -> Iterator[str]:
-    """Yield how often each followed move was done, and how each performance of it went."""
+    """Yield the count of each followed move, and a line for each performance."""
     own: dict[str, list[FollowEvent]] = {}
     for event in result.followed:
         own.setdefault(event.name, []).append(event)
@@ -157,7 +157,7 @@ def _followed(result: Result, zero: float) -> Iterator[str]:
 
 
 def _poses(result: Result, zero: float) -> Iterator[str]:
-    """Yield how often each pose was taken, how long, and how far the body strayed from it."""
+    """Yield the count, the durations and the deviations of each pose."""
     own: dict[str, list[PoseEvent]] = {}
     for event in result.poses:
         own.setdefault(event.name, []).append(event)
@@ -185,12 +185,12 @@ def _gait_lines(result: Result) -> Iterator[str]:
 
 
 def _repetitions(of: str, result: Result, zero: float) -> Iterator[str]:
-    """Yield how many repetitions there are, how quick they are, and a line for each."""
+    """Yield the number and the tempo of repetitions, and a line for each."""
     tempos = [event.tempo for event in result.repetitions if event.tempo is not None]
     pace = f", {np.median(tempos):.1f} a minute" if tempos else ""
     yield f"{counted(len(result.repetitions), 'repetition')}{of}{pace}"
     for event in result.repetitions:
-        start, end = event.start or 0.0, event.end or 0.0  # what is counted has both
+        start, end = event.start or 0.0, event.end or 0.0  # a counted repetition has both
         tempo = "" if event.tempo is None else f", {event.tempo:.1f} a minute"
         yield f"  {event.total:>3}  {_span(start, end, zero)}, {event.count} in a row{tempo}"
 

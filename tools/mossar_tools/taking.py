@@ -41,7 +41,7 @@ class Movement(msgspec.Struct, frozen=True):
 
     @property
     def seconds(self) -> float:
-        """How long it took, s."""
+        """Duration, s."""
         return self.end - self.begin
 
 
@@ -169,7 +169,7 @@ class MovementTaker:
         )
 
     def _look(self, *, at_end: bool = False) -> None:
-        """Take a movement that is over; forget what is no movement."""
+        """Take a movement that is over; forget sway."""
         seen = self._seen()
         found = movement_over(seen, self._away, at_end=at_end)
         if found is not None:
@@ -201,7 +201,7 @@ class MovementTaker:
             self._take(movement)
 
     def _drop(self, count: int) -> None:
-        """Forget the first frames; what follows them begins at rest."""
+        """Forget the first frames; the remaining ones begin at rest."""
         for kept in (self._times, self._frames, self._poses, self._speeds, self._resting):
             del kept[:count]
         self._after_rest = True
@@ -210,7 +210,7 @@ class MovementTaker:
 class TimedTaker:
     """Takes stretches of a fixed length of one performer's stream; implements `Sink`, and processes frames.
 
-    For what has no rest at its ends.
+    For movements without a rest at their ends.
 
     Args:
         take: Gets each stretch.
@@ -254,7 +254,7 @@ class TimedTaker:
             self._forget()
 
     def send(self, events: Sequence[Event]) -> None:
-        """Do nothing: the frames say enough."""
+        """Do nothing: the frames are enough."""
 
     def send_frames(self, frames: Frames) -> None:
         """Keep the frames of a stretch; take it when it is over."""

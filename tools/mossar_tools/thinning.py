@@ -1,4 +1,4 @@
-"""Thinning: what of too much is drawn, so that no mark covers another and nothing vanishes unsaid."""
+"""Thinning: a choice of marks, so that none covers another and the omitted ones are counted."""
 
 import bisect
 import itertools
@@ -53,16 +53,16 @@ def extremes(times: Floats, values: Floats, most: int) -> tuple[Floats, Floats, 
 
 
 def runs(parts: Sequence[Stretch], most: int) -> Sequence[Stretch]:
-    """Return segments, joined to what most of each stretch is if there are more than `most`.
+    """Return segments; if there are more than `most`, stretches with the state of the largest part of each.
 
     Args:
         parts: In ascending order; they do not overlap.
-        most: Segments that can be told apart.
+        most: Largest number of distinguishable segments.
     """
     if len(parts) <= most:
         return parts
     starts, ends = np.array([(part.start, part.end) for part in parts]).T
-    # A mark a column: how much of it is moving, from the sum of moving time up to its edges.
+    # A mark a column: the moving share of it, from the sum of moving time up to its edges.
     edges = np.linspace(starts[0], ends[-1], 4 * most + 1)
     moving = np.array([part.state == "moving" for part in parts])
     spans = np.where(moving, ends - starts, 0.0)

@@ -41,7 +41,7 @@ class UncountedMoves:
         """Do nothing: lines name their performer."""
 
     def send(self, events: Sequence[Event]) -> None:
-        """Log what the events of followed moves call for."""
+        """Log a line about performances that were not counted."""
         for event in events:
             if isinstance(event, FollowEvent) and event.status in ("done", "left"):
                 self._hear(event)
@@ -68,7 +68,7 @@ class UncountedMoves:
 
 
 def line_of_left(event: FollowEvent) -> str:
-    """Return a line about a performance that was given up, and what kept it from being done.
+    """Return a line about a performance that was given up, with the reason.
 
     Args:
         event: With the status `left`.

@@ -90,7 +90,7 @@ def whole(text: str) -> int:
 
 
 def people(text: str) -> int | Literal["nearest", "first"]:
-    """Return how many people, or whom."""
+    """Return the number of people, or the choice of one."""
     match text.strip():
         case "nearest":
             return "nearest"

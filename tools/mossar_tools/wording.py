@@ -14,7 +14,7 @@ def counted(number: int, noun: str) -> str:
 
 
 def strongest(kept: int, known: int) -> str:
-    """Return which key frames are kept.
+    """Return a text about the kept key frames.
 
     Example:
         >>> strongest(6, 34), strongest(2, 2)
@@ -28,11 +28,11 @@ def strongest(kept: int, known: int) -> str:
 
 
 def straying(event: FollowEvent) -> str:
-    """Return the limb that strays most, and by how much, as "left leg 12°"."""
+    """Return the limb that strays most, and its angle, as "left leg 12°"."""
     angle = event.limbs.get(event.limb, event.deviation)
     return f"{event.limb.replace('_', ' ')} {angle:.0f}°"
 
 
 def judged(event: FollowEvent) -> str:
-    """Return how a performance went, as "tempo 1.12, deviation 8° (left leg 12°)"."""
+    """Return the numbers of a performance, as "tempo 1.12, deviation 8° (left leg 12°)"."""
     return f"tempo {event.tempo:.2f}, deviation {event.deviation:.0f}° ({straying(event)})"

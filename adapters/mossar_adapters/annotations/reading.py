@@ -32,7 +32,7 @@ def chosen_tier(path: str | Path, wanted: str | None, usual: Sequence[str]) -> T
         usual: Names.
 
     Raises:
-        MossarError: If the file cannot be read, or it is not clear which tier is meant.
+        MossarError: If the file cannot be read, or the wanted tier is not clear.
     """
     tiers = {tier.name: tier for tier in read_annotations(path)}
     for name in usual if wanted is None else (wanted,):
@@ -74,13 +74,13 @@ def read_annotations(path: str | Path) -> list[Tier]:
 
 
 def _checked(path: Path, tier: Tier) -> Tier:
-    """Return a tier if its times can be meant."""
+    """Return a tier if its times are possible."""
     for mark in tier.marks:
         if not (math.isfinite(mark.start) and math.isfinite(mark.end)):
             raise AnnotationError(f"{path}: tier {tier.name}: a time is no number")
         if mark.end < mark.start:
             raise AnnotationError(
-                f"{path}: tier {tier.name}: what starts at {mark.start:g} s ends before that"
+                f"{path}: tier {tier.name}: the mark at {mark.start:g} s ends before its start"
             )
     return tier
 
@@ -125,7 +125,7 @@ def _read_textgrid(path: Path) -> list[Tier]:
 
 
 def _praat_codec(path: Path) -> str:
-    """Return how a TextGrid is encoded: Praat writes UTF-16 where a label is not ASCII."""
+    """Return the encoding of a TextGrid: Praat writes UTF-16 where a label is not ASCII."""
     with path.open("rb") as file:
         mark = file.read(3)
     if mark[:2] in (codecs.BOM_UTF16_BE, codecs.BOM_UTF16_LE):

@@ -40,10 +40,10 @@ class AnnotationSink:
     """Keeps final results and writes them to an annotation file at the end; implements `Sink`.
 
     With several performers their names stand before those of the tiers. A run that goes on from a snapshot writes
-    what came after it.
+    only later events.
 
     Args:
-        address: A path; its suffix says for which program, see `write_annotations`.
+        address: A path; its suffix chooses the program, see `write_annotations`.
         force: Whether to replace a file that is there.
 
     Raises:
@@ -61,7 +61,7 @@ class AnnotationSink:
         if self._path.exists() and not force:
             raise FileError(self._path, "there is a file already; --force replaces it")
         self._claim = Claim(self._path)
-        self._level: str | float | None = None  # of the segmentation, as it was announced first
+        self._level: str | float | None = None  # of the segmentation, as first announced
         self._origin: float | None = None  # s, of the first frame
         self._latest = -math.inf  # s
         self._kept = 0
@@ -69,7 +69,7 @@ class AnnotationSink:
         self._closed = False
 
     def announce(self, meta: Meta) -> None:
-        """Take note of the level: a named one is part of the tier's name."""
+        """Note the level: a named one is part of the tier's name."""
         if self._level is None and meta.settings is not None:
             self._level = meta.settings.get("level")
 

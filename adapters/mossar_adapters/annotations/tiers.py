@@ -24,7 +24,7 @@ STEPS, EVENTS, FOLLOWED, POSES = "steps", "events", "followed", "poses"
 
 
 class AnnotationError(MossarError):
-    """An annotation file cannot be read or written; the message names it and says why."""
+    """An annotation file cannot be read or written; the message names it and the reason."""
 
 
 class Mark(msgspec.Struct, frozen=True, order=True):

@@ -1,4 +1,4 @@
-"""Writing annotations: the suffix of the file says for which program."""
+"""Writing annotations: the suffix of the file chooses the program."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path, PurePath
@@ -69,7 +69,7 @@ def _write_eaf(path: Path, tiers: Sequence[Tier], _: float) -> None:
         for mark in tier.marks:
             start = round(mark.start * 1000)
             document.add_annotation(tier.name, start, max(round(mark.end * 1000), start + 1), mark.label)
-    path.unlink()  # pympi keeps a copy of what it replaces
+    path.unlink()  # pympi keeps a copy of a file that it replaces
     Elan.to_eaf(str(path), document)
 
 

@@ -24,17 +24,17 @@ from mossar_adapters.files import ReadOptions
 from mossar_stream import MossarError, Moves, Settings
 
 SMALLEST_PART, LARGEST_PART = 8, 256  # recordings
-PARTS = 1000  # wished for, where there are that many recordings
-STORE_BYTES = 256 << 20  # for what goes between workers here: names and counts
+PARTS = 1000  # if there are that many recordings
+STORE_BYTES = 256 << 20  # for data between workers: names and counts
 RETRIES = 2  # of a part whose worker died
 ORDER_FILE = "_order"  # no extension of a recording, and passed over by readers of Parquet
 
 
 class Progress(msgspec.Struct):
-    """How far a job has come.
+    """Progress of a job.
 
     Args:
-        recordings: How many there are.
+        recordings: Number of recordings.
         done: Read and segmented, by former runs too.
         broken: In the errors table, by former runs too.
         frames: Segmented by this run.
@@ -75,8 +75,8 @@ def run(
     Args:
         source: Folder or URL.
         target: Folder or URL, empty unless `resume`.
-        settings: How to segment.
-        reading: How to read.
+        settings: Settings of the segmenters.
+        reading: Options of reading.
         moves: That are recognised.
         follow: Names of those that are followed, or True for all.
         resume: Whether to go on where a job was cut short.
@@ -142,7 +142,7 @@ def parts_of(paths: Sequence[str]) -> list[list[str]]:
 
 def with_ray(work: Callable[[], None]) -> None:
     """Do work with a Ray cluster: the one that RAY_ADDRESS names, else the cores of this machine."""
-    # Nothing about the user goes to anybody.
+    # Ray's usage reports are off.
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     os.environ.setdefault("RAY_DATA_LOG_LEVEL", "ERROR")
     import ray
@@ -190,7 +190,7 @@ def _spread(
 
 
 def _rows(parts: list[list[str]], target: str, order: Order) -> Iterator[dict[str, int]]:
-    """Yield what `segment_part` returns for each part, as they are done."""
+    """Yield the result of `segment_part` for each part, in the order of completion."""
     if not parts:
         return
     import ray
@@ -201,7 +201,7 @@ def _rows(parts: list[list[str]], target: str, order: Order) -> Iterator[dict[st
     items: list[dict[str, Any]] = [{"paths": part} for part in parts]
     data = ray.data.from_items(items, override_num_blocks=len(items))
     with warnings.catch_warnings():
-        # Without a limit Ray tries for ever what kills its workers; there is no other way yet to set one.
+        # Without a limit Ray repeats a task that kills its workers for ever; this is the only way to set one.
         warnings.simplefilter("ignore")
         mapped = data.map(_task, fn_args=(target, order), num_cpus=1, max_retries=RETRIES)
     yield from mapped.iter_rows()

@@ -35,8 +35,8 @@ class Segmented(msgspec.Struct, frozen=True):
     Args:
         performer: Name.
         fps: Nominal rate, Hz, if it is known.
-        joints: How many.
-        frames: How many.
+        joints: Number of joints.
+        frames: Number of frames.
         seconds: From the first frame to the last one.
         key_frames: All of Algorithm 2, with their strengths.
         segments: Those at the level of the settings.
@@ -76,8 +76,8 @@ def segment_file(
 
     Args:
         path: A file.
-        settings: How to segment.
-        reading: How to read.
+        settings: Settings of the segmenters.
+        reading: Options of reading.
         moves: That are recognised, where the skeleton has the joints that they need.
         follow: Names of those that are followed, or True for all.
 

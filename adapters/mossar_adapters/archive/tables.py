@@ -10,8 +10,8 @@
     steps/        feet that come down or leave the ground, with the setting `steps`
     errors/       files that could not be read, and why
 
-A part is whole when its file in `recordings` is there; what a killed job left of others is deleted before the next one
-begins. So every file stands in `recordings` or `errors` exactly once.
+A part is whole when its file in `recordings` is there; incomplete parts of a killed job are deleted before the next one
+begins. Every file is thus in `recordings` or `errors` exactly once.
 """
 
 import hashlib

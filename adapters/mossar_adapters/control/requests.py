@@ -2,8 +2,8 @@
 
 A request is `{"set": {"level": "motion"}}`, `{"get": "settings"}`, `{"get": "stats"}` or `{"do": "reset"}`, each with
 an optional `"performer"`; the answer is `{"ok": true, "value": …}` or `{"ok": false, "error": "…"}`; that to `set` also has
-`"new_take": true` if it ended a take. What a request changes happens in the thread that segments, between
-two chunks of frames.
+`"new_take": true` if it ended a take. The thread that segments carries out a request between two
+chunks of frames.
 
 `{"set": {"follow": ["squat"]}}` follows these moves of `--moves` from now on, of all performers; `"all"` follows all, `[]` none.
 `{"get": "following"}` returns where each performer is in each of them.

@@ -8,7 +8,7 @@ two or three seconds in a posture of its own, and a brisk change of posture lead
 the middles of these changes.
 
 Reproducible: the same arguments give the same bytes wherever numpy's generators give the same numbers (numpy
-promises that of the bit generator PCG64, and changes what distributions make of it only with notice).
+promises that of the bit generator PCG64, and changes its distributions only with notice).
 
 Standing still is not perfectly still: the performer breathes, about a millimetre at the head. There is no other
 sway; `noise` is the sensor's alone.

@@ -86,7 +86,7 @@ def pose(values: dict[str, float]) -> Floats:
 
 
 def joint_positions(poses: Floats) -> Floats:
-    """Return where the joints are.
+    """Return the positions of the joints.
 
     Args:
         poses: (n, C), metres and radians, in the order of `CHANNELS`.
@@ -156,7 +156,7 @@ def _two_bones(
     Args:
         upper: Length of the first bone, m.
         lower: Length of the second bone, m.
-        reach: (n,) distance from start to end, m; shortened or lengthened to what the bones allow.
+        reach: (n,) distance from start to end, m; limited to the reach of the bones.
         towards: (n, 3) unit vectors from the start to the end.
         bulge: (n, 3) unit vectors across `towards`, to where the middle joint points.
     """

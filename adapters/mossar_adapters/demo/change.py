@@ -8,7 +8,7 @@ from mossar_adapters.demo.postures import limb
 from mossar_adapters.demo.script import Script
 
 _STEP_LIFT: Final = 0.05  # m
-_STEP_SHARE: Final = 0.6  # of the change, for each of two feet that move one after the other
+_STEP_SHARE: Final = 0.6  # of the change, for each of two feet that move in turn
 _ASIDE: Final = 0.01  # m from which on a foot has to be lifted
 _IN_THE_AIR: Final = 0.1  # m
 
@@ -35,6 +35,6 @@ def change(script: Script, goal: Floats, seconds: float) -> None:
 
 
 def _distance(before: dict[str, float], after: dict[str, float], side: str) -> float:
-    """Return how far a foot moves, m."""
+    """Return the distance that a foot moves, m."""
     names = [f"{side}_{axis}" for axis in "xyz"]
     return math.dist([before[name] for name in names], [after[name] for name in names])

@@ -36,7 +36,7 @@ def kick(script: Script, side: str, size: float, count: int) -> Stance:
 
 def jump(script: Script, _side: str, size: float, count: int) -> Stance:
     """Jump straight up with both feet, again and again, the arms beating like wings."""
-    script.pace = 1.0  # free fall takes its time whatever the tempo
+    script.pace = 1.0  # the time of a free fall does not depend on the tempo
     hops = Hops(speed=0.75 + 0.85 * size, count=count)
     script.sway(0.0, hops.duration, hops, hips_y=1.0)
     for i in range(count):

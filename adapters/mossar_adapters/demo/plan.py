@@ -19,7 +19,7 @@ from mossar_stream import SettingsError
 
 Write = Callable[[Script, str, float, int], Stance]
 
-# What writes a move's strokes, and how often it is repeated, from and to.
+# The writer of a move's strokes, and its least and most repetitions.
 REPEATED: Final[dict[str, tuple[Write, int, int]]] = {
     "walk": (walk, 4, 5),
     "punch": (punch, 5, 6),
@@ -48,7 +48,7 @@ _FAR: Final = 0.8  # m from its place, from where on a performer turns back
 
 
 class MoveRequest(msgspec.Struct, frozen=True):
-    """A move as asked for.
+    """A request for a move.
 
     Args:
         kind: One of `MOVES`.
@@ -136,8 +136,8 @@ def beats(
 
     Args:
         moves: The moves.
-        rng: Chooses what the moves leave open, sizes and pauses.
-        place: Where the performer starts, and stays near.
+        rng: Chooses sizes and pauses that the moves leave open.
+        place: Place at which the performer starts, and stays near.
         tempo: 2 is twice as fast, jumps excepted.
 
     Yields:
@@ -174,12 +174,12 @@ def _change(
     tempo: float,
     postures: tuple[Stance, Floats, Floats],
 ) -> tuple[float, float | None, str, list[Stroke]]:
-    """Return when the next move begins, the cut before it with its kind, and the change that leads to it.
+    """Return the begin of the next move, the cut before it with its kind, and the change that leads to it.
 
     Args:
         before: The move before.
         move: The next move.
-        rng: Chooses how long change and pause are.
+        rng: Chooses the durations of change and pause.
         tempo: 2 is twice as fast.
         postures: Where the performer stands, the posture it holds and the one to come.
     """

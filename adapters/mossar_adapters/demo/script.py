@@ -11,7 +11,7 @@ _PLACES = tuple((CHANNEL[f"{part}_x"], CHANNEL[f"{part}_z"]) for part in ("hips"
 
 
 class Stance(msgspec.Struct, frozen=True):
-    """Where the performer stands at ease.
+    """Place and posture of the performer at ease.
 
     Args:
         x: Metres, the point of the floor below the hips.
@@ -52,7 +52,7 @@ class Script:
     """Collects the strokes of one move, which starts from and ends in its posture.
 
     Args:
-        stance: Where the move starts; x, z and yaw in its strokes are seen from there.
+        stance: Place at which the move starts; x, z and yaw in its strokes are seen from there.
         start: Seconds from the start of the performance.
         pace: Factor on all times of the move.
         posture: (C,) the posture of the move, seen from the stance.

@@ -74,7 +74,7 @@ class Sensor:
         return seen
 
     def _mishaps(self, frame: Floats, repeated: float, jumps: float, dropout: float) -> Floats:
-        """Return a frame (J, 3) after what happened to it, by three chances in 0..1."""
+        """Return a frame (J, 3) with random errors, by three probabilities in 0..1."""
         if jumps < _JUMPS:
             frame[self._rng.integers(1, len(frame))] += self._rng.normal(0.0, _JUMP_SIZE, 3)
         if dropout < _DROPOUTS:

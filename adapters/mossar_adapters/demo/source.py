@@ -19,9 +19,9 @@ KNOWN_CUTS: Final = 1000  # per performer; older ones are forgotten
 SPACING: Final = 2.0  # m between neighbouring performers
 
 _CHUNK: Final = 1 / 30  # s of frames in a chunk
-_IDLE: Final = 0.1  # s without frames after which a live source says so
+_IDLE: Final = 0.1  # s without frames after which a live source yields None
 
-# URL options: how their text is read, and what is legal in words.
+# URL options: the parser of their text, and a description of legal values.
 _OPTIONS: Final[dict[str, tuple[Callable[[str], Any], str]]] = {
     "seed": (int, "a whole number from 0"),
     "performers": (int, f"a whole number, 1 to {MAX_PERFORMERS}"),
@@ -46,7 +46,7 @@ class DemoSource:
     Args:
         seed: 0 or more.
         style: Rate, tempo and sensor.
-        performers: How many.
+        performers: Number of performers.
         performer: Name of a single performer.
         seconds: Where to stop.
         moves: The moves, see `performance`; None for default moves.

@@ -60,7 +60,7 @@ def stream(
         most_moves: At most so many moves.
         seconds: Where to stop; None for the end of the moves.
         performer: Name.
-        place: Where the performer starts, x and z in metres.
+        place: Place at which the performer starts, x and z in metres.
 
     Raises:
         SettingsError: If a move is unknown, the seed negative or the length not positive.
@@ -71,7 +71,7 @@ def stream(
         raise SettingsError(f"seconds must be a positive number, not {seconds:g}")
     if moves is not None and not moves:
         raise SettingsError("moves must name at least one move")
-    # Motion and sensor draw from generators of their own: noise does not change what the performer does.
+    # Motion and sensor draw from generators of their own: noise does not change the performer's motion.
     rng = np.random.Generator(np.random.PCG64([seed, 0]))
     asked = None if moves is None else [parse_move(move) for move in moves]
     requests = itertools.islice(default_moves(rng) if asked is None else iter(asked), most_moves)
@@ -117,7 +117,7 @@ def _delivered(
     seconds: float | None,
     performer: str,
 ) -> Iterator[tuple[Frames, tuple[Cut, ...]]]:
-    """Yield what arrives of the blocks, numbered, up to `seconds`; cuts come with the frame they lie on."""
+    """Yield the frames of the blocks that arrive, numbered, up to `seconds`; cuts come with their frame."""
     end = math.inf if seconds is None else seconds
     count, waiting = 0, list[Cut]()
     for positions, times, cuts in performed:

@@ -27,8 +27,8 @@ class Stroke(msgspec.Struct, frozen=True):
     Args:
         start: Seconds from the start of the performance.
         duration: Seconds.
-        law: How the share of `amount` runs over the duration.
-        amount: (C,) what the channels gain, metres and radians.
+        law: Course of the share of `amount` over the duration.
+        amount: (C,) gain of the channels, metres and radians.
         lasting: Whether the channels keep the amount afterwards; else the law ends at 0.
     """
 
@@ -44,7 +44,7 @@ class Stroke(msgspec.Struct, frozen=True):
         return self.start + self.duration
 
     def at(self, times: Floats) -> Floats:
-        """Return what the stroke adds at `times` (n,), s: (n, C)."""
+        """Return the contribution of the stroke at `times` (n,), s: (n, C)."""
         share = self.law(np.clip((times - self.start) / self.duration, 0.0, 1.0))
         return share[:, None] * self.amount
 
@@ -91,7 +91,7 @@ def shaking(cycles: int) -> Law:
 class Hops(msgspec.Struct, frozen=True):
     """The height of the hips over jumps on the spot, metres above the posture: a law that is not normalised.
 
-    Crouch, push, flights, what lies between them, landing and straightening up join with equal speed and
+    Crouch, push, flights, contacts between them, landing and straightening up join with equal speed and
     acceleration: quintics (the minimum-jerk paths between such ends), and parabolas for the flights.
 
     Args:

@@ -50,7 +50,7 @@ def performance(
     Args:
         seed: 0 or more.
         fps: See `Style`, also for noise, noise_kind, jitter, drop and tempo.
-        seconds: Where to stop, if not at the end of the moves. Without moves: how long to go on.
+        seconds: Where to stop, if not at the end of the moves. Without moves: the duration.
         moves: `rest walk punch kick jump wave squat turn stand`; `punch`, `kick`, `wave` and `turn` also with
             `_left` or `_right`; `rest` and `stand` also with seconds (`stand:20`). None: a round of 17 moves
             with every kind but `stand`, 40-46 s.
@@ -60,7 +60,7 @@ def performance(
         drop: Share of frames.
         performer: Name.
         tempo: 1 is ordinary.
-        place: Where the performer starts, x and z in metres.
+        place: Place at which the performer starts, x and z in metres.
 
     Raises:
         SettingsError: If a value is out of its range, there is no such move, or there would be more than

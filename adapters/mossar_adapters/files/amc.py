@@ -152,7 +152,7 @@ def _frame_blocks(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 
 def _in_degrees(path: Path, *, default: bool) -> bool:
-    """Return whether the angles are in degrees, as the heading says or, if it does not, as in the skeleton."""
+    """Return whether the angles are in degrees, by the heading or, without a unit there, by the skeleton."""
     for _, text in numbered_lines(path):
         word = text.strip().lower()
         if word.isdecimal():
@@ -235,7 +235,7 @@ def _motion_chunk(amc: AmcFile, block: AmcBlock, fps: float, metres: float) -> M
 
 
 def _own_rotations(bone: Bone, own: NDArray[np.float64], *, degrees: bool) -> NDArray[np.float64]:
-    """Return the turn of a bone about its own axes; the order of its axes says which comes first."""
+    """Return the turn of a bone about its own axes; its axes are in the order of the turns."""
     column = {dof[1]: k for k, dof in enumerate(bone.dofs) if dof[0] == "r"}
     axes = [axis for axis in bone.axis_order[::-1] if axis in column]
     angles = own[:, [column[axis] for axis in axes]]

@@ -15,7 +15,7 @@ from mossar_adapters.files.units import Scale, guessed_scale, metres_of, stated_
 from mossar_adapters.source import Chunks, Recording
 from mossar_stream import MAX_JOINTS, MAX_NAME, FrameError, Frames, Skeleton, narrow
 
-FARTHEST = 1e5  # m; whatever is farther away is damage: as for the core
+FARTHEST = 1e5  # m; a coordinate beyond this is damage, as in the core
 
 
 def skeleton_of(path: Path, names: Sequence[str], parents: Sequence[int] = (), root: int = 0) -> Skeleton:

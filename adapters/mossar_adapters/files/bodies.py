@@ -1,4 +1,4 @@
-"""Tables in which several people take turns: a row per frame and person, and a column that says whose it is."""
+"""Tables in which several people take turns: a row per frame and person, and a column with the person."""
 
 import re
 from collections.abc import Iterator
@@ -14,18 +14,18 @@ _NUMBER = re.compile(r"-?\d+(?:\.0*)?")  # some programs write whole numbers as 
 def bodies_of(rows: Rows, column: int) -> dict[str, tuple[str, int]]:
     """Return performer and number of rows of each person, in the order in which they appear.
 
-    Numbers become `p1`, `p2` … in that order; rows without a name are nobody's. A column of too many that never
-    come back is another thing: a running number, or one person whom a tracker found anew again and again.
+    Numbers become `p1`, `p2` … in that order; rows without a name belong to no performer. A column with too many names
+    that never come back is a running number, or one person whom a tracker found anew again and again.
 
     Args:
         rows: The table.
-        column: The one that says whose a row is, -1 without.
+        column: The column of the person, -1 without.
 
     Returns:
-        By what stands in the column; empty if there is only one person.
+        By cell of the column; empty if there is only one person.
 
     Raises:
-        FileError: If there are too many who take turns.
+        FileError: If too many people take turns.
     """
     counts: dict[str, int] = {}
     latest, turns = "", False
@@ -56,7 +56,7 @@ def _names(bodies: list[str]) -> list[str]:
 
 
 def by_body(blocks: Iterator[Block], column: int) -> Iterator[tuple[str, Block]]:
-    """Yield the rows of each person, numbered for each, and what stands in the column."""
+    """Yield the rows of each person, numbered for each, and the cell of the column."""
     done: dict[str, int] = {}
     for block in blocks:
         found: dict[str, Block] = {}

@@ -1,7 +1,7 @@
 """The body in a recording: joints that are no part of it, and a size that no body has.
 
-Many programs write a joint above the hips that stays at the origin of the world or follows the hips on the floor. It is known by
-what it does, not by its name. A size contradicts a unit when the body would be as small as a coin or as tall as a tower.
+Many programs write a joint above the hips that stays at the origin of the world or follows the hips on the floor. Its motion
+shows it, not its name. A size contradicts a unit when the body would be as small as a coin or as tall as a tower.
 """
 
 import functools
@@ -19,7 +19,7 @@ from mossar_adapters.source import Chunks, Meta, Recording
 from mossar_stream import Frames, Skeleton, find_joints, narrow, read_joint_names
 
 FAR = 0.75  # heights of the body: a joint so far from all others is no part of it, if its bone changes its length
-FARTHER = 2.0  # heights: the same, whatever the bone does; a forearm is longer than the hand on it
+FARTHER = 2.0  # heights: the same, even with a constant bone; a forearm is longer than the hand on it
 CHANGE = 0.15  # heights by which the bone to a far joint changes its length at least
 SWING = 0.25  # heights by which no bone changes its length
 LONG = 0.35  # heights, from which on a bone between floor and hips may lead to a reference
@@ -93,7 +93,7 @@ def _below(joint: int, children: list[list[int]]) -> list[int]:
 def _above_the_body(
     skeleton: Skeleton, children: list[list[int]], top: int, positions: NDArray[Any]
 ) -> set[int]:
-    """Return the joints from the top of a tree down to the last one that is no part of its body, and what hangs there, too."""
+    """Return the joints from the top of a tree down to the last one outside its body, and the other joints on them."""
     chain, bodies = _chain(children, top)
     for level in range(len(bodies) - 1, -1, -1):
         joint, body = chain[level], bodies[level]
@@ -104,7 +104,7 @@ def _above_the_body(
 
 
 def _chain(children: list[list[int]], top: int) -> tuple[list[int], list[list[int]]]:
-    """Return a top and its main children, one below the other, and what hangs below each, its main child first."""
+    """Return a top and its main children, one below the other, and the children of each, the main one first."""
     chain, body = [top], _below(top, children)
     bodies: list[list[int]] = []
     while len(body) > LEAST_BODY:
@@ -120,7 +120,7 @@ def _chain(children: list[list[int]], top: int) -> tuple[list[int], list[list[in
 def _is_reference(
     skeleton: Skeleton, children: list[list[int]], joint: int, body: list[int], positions: NDArray[Any]
 ) -> bool:
-    """Return whether a joint is none of the body of which the first joint hangs on it."""
+    """Return whether a joint is not part of the body whose first joint hangs on it."""
     seen = np.isfinite(positions[:, [joint, body[0]]]).all(axis=(1, 2))
     frames = positions[seen].astype(np.float64)
     tall = height(frames[:, body]) if len(frames) else 0.0
@@ -147,7 +147,7 @@ def _is_reference(
 
 
 def _is_under_hips(skeleton: Skeleton, joint: int, body: Sequence[int]) -> bool:
-    """Return whether what hangs on a joint is called like hips, and the joint itself is not called like a part of a body."""
+    """Return whether a child of a joint is named like hips, and the joint itself not like a part of a body."""
     part = read_joint_names(skeleton.names)[joint].part
     names = [skeleton.names[member] for member in body]
     return part in _NO_PART and find_joints(names).get("hips") == 0
@@ -190,7 +190,7 @@ def _spread(values: NDArray[np.float64]) -> float:
 
 
 def body_height(skeleton: Skeleton, positions: NDArray[Any], root: str | None = None) -> float:
-    """Return how tall a body is, without the joints that are no part of it; see `height`."""
+    """Return the height of a body, without the joints that are no part of it; see `height`."""
     joints = body_joints(skeleton, reference_joints(skeleton, positions, root))
     return height(positions[:, joints] if len(joints) else positions)
 
@@ -211,7 +211,7 @@ def checked(recording: Recording, options: ReadOptions) -> Recording:
     """Return a recording in a unit that fits the body, with the joints that are no part of it named.
 
     Args:
-        recording: In metres, as the reader says.
+        recording: In metres, by the reader's unit.
         options: The user's unit and centre take precedence.
     """
     shown = first_frames(recording)
@@ -251,7 +251,7 @@ def multiplied(frames: Frames, factor: float) -> Frames:
 
 
 def limits_of(names: Sequence[str]) -> Limits:
-    """Return between which heights what has these joints lies, m."""
+    """Return the least and the largest height of a body with these joints, m."""
     if len(names) < LEAST_BODY:
         return ANYTHING
     known = find_joints(names).keys()
@@ -261,7 +261,7 @@ def limits_of(names: Sequence[str]) -> Limits:
 
 
 def fitting_factor(tall: float, limits: Limits, stated: float = 1.0) -> float | None:
-    """Return what to multiply a height with that lies outside limits: 1 where it fits, None where no metric unit does.
+    """Return the factor that brings a height within limits: 1 where it fits, None where no metric unit does.
 
     Args:
         tall: m, in the unit that was stated.
@@ -284,7 +284,7 @@ _METRIC = (1.0, 0.01, 0.001)
 
 
 def size_in_words(tall: float) -> str:
-    """Return a height as people say it.
+    """Return a height as readable text.
 
     Example:
         >>> [size_in_words(tall) for tall in (0.00171, 0.021, 1.7, 1700.0)]

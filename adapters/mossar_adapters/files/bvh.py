@@ -44,7 +44,7 @@ _MILLISECONDS = frozenset(["ms", "msec", "msecs", "millisecond", "milliseconds"]
 _SECONDS = frozenset(("", *["s", "sec", "secs", "second", "seconds"]))
 _LONGEST_HEADER = 100  # characters
 SLOWEST = 1.0  # Hz, below which a rate is doubted
-SLOWEST_USUAL = 10.0  # Hz: a frame time that is larger, s, was meant as a rate
+SLOWEST_USUAL = 10.0  # Hz: a larger number as frame time, s, is a rate
 
 
 class _Header(NamedTuple):
@@ -185,7 +185,7 @@ def opened_bvh(path: Path, options: ReadOptions) -> OpenedBvh:
 
 
 def _splitter(width: int) -> Callable[[str], list[str]]:
-    """Return what makes cells of a row, also where a minus sign stands in for the blank before it."""
+    """Return a function that splits a row into cells, also where a minus sign replaces the blank."""
 
     def split(text: str) -> list[str]:
         cells = text.split()

@@ -38,7 +38,7 @@ class Hierarchy(msgspec.Struct, frozen=True):
     Args:
         joints: In file order.
         width: Number of channels of all joints.
-        motion_line: Number of the line that says MOTION.
+        motion_line: Number of the line MOTION.
     """
 
     joints: list[BvhJoint]

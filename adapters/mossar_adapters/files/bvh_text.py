@@ -49,7 +49,7 @@ def bvh_text(path: Path, options: ReadOptions, left_out: Collection[str] = ()) -
     """Return a recording as BVH; None if it has no rotations.
 
     Args:
-        path: Where it lies.
+        path: Path of the file.
         options: How it is read.
         left_out: Joints that are no part of the body. Those of a BVH from the topmost one down to the body are left out.
 
@@ -181,7 +181,7 @@ def _joint_lines(motion: JointMotion, joint: int, children: list[list[int]], dep
 
 
 def zyx_angles(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the angles about z, y and x whose turns, one after the other from the left, make up rotations.
+    """Return the angles about z, y and x whose turns, in this order from the left, make up rotations.
 
     Args:
         rotations: (..., 3, 3).

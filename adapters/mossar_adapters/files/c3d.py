@@ -1,6 +1,6 @@
 """C3D: markers of optical systems; integers or floats of Intel, DEC or SGI machines.
 
-The own reader takes what libraries refuse (SGI byte order, odd parameters) and reads in blocks. Gaps
+The own reader accepts files that libraries refuse (SGI byte order, odd parameters), and reads in blocks. Gaps
 (negative residual, or a marker exactly at the origin) are missing. Numbers of frames and times are those of
 the file: a recording trimmed to its frame 50 begins with frame 49 (from 0) at 49/rate; one that begins at
 its first frame leaves `first_frame` to be counted.
@@ -32,14 +32,14 @@ from mossar_adapters.source import Recording
 from mossar_stream import Frames, Up, constant_times
 
 _READ_SIZE = 16 << 20  # bytes at a time
-_UNKNOWN = 65535  # frames: the most that 16 bits can say, and what is written for more
+_UNKNOWN = 65535  # frames: the largest number of 16 bits, also written for more
 _UPWARDS: dict[str, Up] = {"+X": "x", "+Y": "y", "+Z": "z", "-X": "-x", "-Y": "-y", "-Z": "-z"}
-_MOST = 2**32  # what numbers of frames stay below
+_MOST = 2**32  # frames; more is damage
 _NO_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS", "MODELED_MARKERS_ANGLES")
 
 
 class Layout(msgspec.Struct, frozen=True):
-    """Where the frames lie.
+    """Places of the frames.
 
     Args:
         machine: Whose byte order.
@@ -118,10 +118,10 @@ def _frames(
 
 
 def layout_of(path: Path, header: C3dHeader, machine: int, parameters: dict[str, Value]) -> Layout:
-    """Return where the frames of a file lie.
+    """Return the places of the frames of a file.
 
     Raises:
-        FileError: If the file does not say it, or has no frames.
+        FileError: If the file does not state it, or has no frames.
     """
     points = header.points or _integer(parameters.get("POINT:USED"))
     integer = header.scale > 0
@@ -147,7 +147,7 @@ def layout_of(path: Path, header: C3dHeader, machine: int, parameters: dict[str,
 
 
 def _span(header: C3dHeader, parameters: dict[str, Value], room: int) -> tuple[int, int]:
-    """Return the number of the first frame, from 0, and how many there are by what the file says.
+    """Return the number of the first frame, from 0, and the number of frames that the file states.
 
     The 16 bits of the header are too few for long recordings: some programs stop at 65535, some begin again
     at 0, and the true number stands in one of three parameters, or nowhere. Others keep the range of the
@@ -172,7 +172,7 @@ def _span(header: C3dHeader, parameters: dict[str, Value], room: int) -> tuple[i
 
 
 def _filled(path: Path, start: int, frame_size: int) -> int:
-    """Return how many frames there are up to the zeros that fill the last block."""
+    """Return the number of frames before the zeros that fill the last block."""
     end = path.stat().st_size
     with path.open("rb") as file:
         file.seek(max(start, end - BLOCK))
@@ -184,7 +184,7 @@ def rate_of(path: Path, header: C3dHeader, parameters: dict[str, Value]) -> floa
     """Return the frames per second.
 
     Raises:
-        FileError: If the file says nothing that can be.
+        FileError: If the file states nothing possible.
     """
     stated = parameters.get("POINT:RATE")
     rates = [float(stated[0])] if isinstance(stated, np.ndarray) and len(stated) else []

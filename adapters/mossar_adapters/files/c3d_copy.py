@@ -231,7 +231,7 @@ def _linked(record: Record, data: bytearray, machine: int) -> bytes:
 
 
 def _end_of(section: bytes, record: Record) -> int:
-    """Return where a record ends that does not say it, because it is the last."""
+    """Return the end of the last record, which does not state it."""
     at = record.value
     if record.group < 0:
         return at + 1 + section[at]

@@ -136,7 +136,7 @@ def _events(path: Path, parameters: Mapping[str, Value]) -> list[C3dEvent]:
 
 
 def _all(parameters: Mapping[str, Value], name: str) -> list[Any]:
-    """Return a list with what goes on under the same name with a number."""
+    """Return a list with its continuations, which have the same name and a number."""
     found: list[Any] = list(parameters.get(f"{GROUP}:{name}", ()))
     number = 2
     while (more := parameters.get(f"{GROUP}:{name}{number}")) is not None:

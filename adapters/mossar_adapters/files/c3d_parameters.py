@@ -26,7 +26,7 @@ class C3dHeader(msgspec.Struct, frozen=True):
         analog: Analogue values per frame.
         first_frame: Number of the first frame, from 1.
         last_frame: Number of the last frame.
-        scale: Factor of integer coordinates; negative says that the data are floats.
+        scale: Factor of integer coordinates; a negative one means that the data are floats.
         data_block: Number of the first block of data, from 1.
         rate: Frames per second.
     """
@@ -43,7 +43,7 @@ class C3dHeader(msgspec.Struct, frozen=True):
 def floats(data: bytes, machine: int) -> NDArray[np.float64]:
     """Return the 4-byte floats of a machine.
 
-    DEC's have the halves swapped and another exponent: a quarter of what IEEE makes of the bits.
+    DEC's have the halves swapped and another exponent: a quarter of the IEEE value of the bits.
     """
     if machine == DEC:
         halves = np.frombuffer(data, "<u2").reshape(-1, 2)[:, ::-1]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files.errors import FileError, shown
 
-LARGEST = 1e30  # what is larger is damage, and would overflow when squared
+LARGEST = 1e30  # a larger number is damage, and would overflow when squared
 
 _NOT_A_NUMBER = {"", "nan", "nan(ind)", "null", "none", "na", "n/a", "#n/a", "inf", "infinity"}
 _NOT_A_NUMBER |= {"1.#qnan", "1.#ind", "1.#inf"}
@@ -39,7 +39,7 @@ def is_number(cell: str) -> bool:
 
 
 def positive(cell: str | None) -> float | None:
-    """Return a number from a heading; None if it is absent or cannot be meant."""
+    """Return a number from a heading; None if it is absent or impossible."""
     value = number(cell) if cell and is_number(cell) else 0.0
     return value if 0 < value < 1e9 else None
 

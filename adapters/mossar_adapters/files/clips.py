@@ -23,14 +23,14 @@ from mossar_adapters.table_text import csv_text
 from mossar_stream import Segment
 
 TABLE = "clips.csv"
-_NAME = re.compile(rf"{re.escape(TABLE)}|.*-\d{{4,}}(-.*)?\.\w+")  # of what clips are written to
+_NAME = re.compile(rf"{re.escape(TABLE)}|.*-\d{{4,}}(-.*)?\.\w+")  # files of a folder of clips
 
 
 def check_clips(folder: Path, read: Sequence[str] = (), *, replace: bool) -> None:
     """Check that clips can be written to a folder, which is made if it is not there.
 
     Args:
-        folder: Where to.
+        folder: Target folder.
         read: Recordings that are read, none of which a clip replaces.
         replace: Whether files in the folder may be replaced.
 

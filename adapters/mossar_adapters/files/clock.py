@@ -12,7 +12,13 @@ LONGEST = 64  # characters
 # Dates in ticks of 100 ns, from about 1980 to 2100: since the year 1 (.NET) and since 1601 (Windows).
 _TICKS = ((6.24e17, 6.63e17), (1.19e17, 1.58e17))
 # Seconds per unit, its name, and the steps that are taken for it: below each, and not below the one before.
-_USUAL_STEPS = ((1.0, "s", 2.0), (1e-3, "ms", 1500.0), (1e-6, "µs", 1.2e5), (1e-7, "100 ns", 1.5e6), (1e-9, "ns", 1.5e10))
+_USUAL_STEPS = (
+    (1.0, "s", 2.0),
+    (1e-3, "ms", 1500.0),
+    (1e-6, "µs", 1.2e5),
+    (1e-7, "100 ns", 1.5e6),
+    (1e-9, "ns", 1.5e10),
+)
 
 
 def seconds(cell: str) -> float:

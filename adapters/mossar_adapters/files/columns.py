@@ -1,4 +1,4 @@
-"""Which columns of a table are joints, confidence and time, by their headings.
+"""The columns of joints, confidence and time in a table, by their headings.
 
 Understood are `hip.x`, `hip_x`, `hip x`, `hip:X`, `hipX`, `hip (x)`, `hip.pos.x`, `hip_tx`, `x_hip` and the like; a joint
 counts only if it has all three axes. Axes may be numbers, in brackets or, where no heading names an axis, behind a separator.
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import msgspec
 
 _SEPARATOR = r"[\s._:/\-]*"
-_LONG_RUN = re.compile(r"([\s._:/\-]{3})[\s._:/\-]+")  # what has more separators would make the patterns slow
+_LONG_RUN = re.compile(r"([\s._:/\-]{3})[\s._:/\-]+")  # longer runs would make the patterns slow
 _AXIS_LAST = re.compile(
     rf"(?P<joint>.+?)(?:{_SEPARATOR}(?:(?:position|pos|translation|translate|trans){_SEPARATOR})?|[\s._:/\-]+t)"
     r"[(\[]?(?P<axis>[xyz])[)\]]?"
@@ -40,20 +40,20 @@ _BODY = re.compile(
     re.IGNORECASE,
 )
 MAX_COLUMNS = 20_000
-MAX_HEADING = 160  # characters; what is longer is no heading and would make the patterns slow
+MAX_HEADING = 160  # characters; a longer text is no heading and would make the patterns slow
 SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}
 
 
 class Columns(msgspec.Struct, frozen=True):
-    """Where things stand in a row.
+    """Places of the columns in a row.
 
     Args:
         joints: Names.
         xyz: Column of x, y and z of each joint.
         confidence: Column of the confidence of each joint; empty if not all joints have one.
         time: Column of the time, -1 without.
-        time_unit: Seconds per unit of time if the heading says so.
-        body: Column that says whose a row is, -1 without.
+        time_unit: Seconds per unit of time, if the heading has one.
+        body: Column of the person, -1 without.
     """
 
     joints: tuple[str, ...]

@@ -107,7 +107,7 @@ def _heading(
     delimiter: str | None,
     lines: Iterator[tuple[int, str]],
 ) -> Heading:
-    """Return the heading, having looked at the line after the names."""
+    """Return the heading, after a look at the line behind the names."""
     sample_line, sample = next(((n, text) for n, text in lines if text.strip()), (line, ""))
     units = {cell.strip().lower() for cell in splitter(delimiter)(sample)} - {""}
     if len(units) == 1 and metres_of(*units) is not None:

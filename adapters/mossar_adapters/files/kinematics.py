@@ -101,7 +101,7 @@ def joints_by_depth(parents: tuple[int, ...]) -> list[NDArray[np.intp]]:
 def world_transforms(
     motion: MotionChunk, parents: tuple[int, ...]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how the joints are turned and where they are in the world.
+    """Return the rotations and the positions of the joints in the world.
 
     Returns:
         (n, J, 3, 3) and (n, J, 3) float64, metres.
@@ -118,7 +118,7 @@ def world_transforms(
 
 
 def joint_positions(motion: MotionChunk, parents: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return where the joints are in the world.
+    """Return the positions of the joints in the world.
 
     Returns:
         (n, J, 3) float64, metres.
@@ -127,7 +127,7 @@ def joint_positions(motion: MotionChunk, parents: tuple[int, ...]) -> NDArray[np
 
 
 def rest_positions(offsets: NDArray[np.float64], parents: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return where the joints are when none of them turns.
+    """Return the positions of the joints when none of them turns.
 
     Returns:
         (1, J, 3) float64, in the unit of the offsets.

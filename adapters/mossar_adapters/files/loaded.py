@@ -33,8 +33,8 @@ class LoadedRecording(msgspec.Struct, frozen=True):
         times: (n,) float64, s.
         cuts: True cuts of the built-in performer.
         performer: Its name.
-        up: The axis that the file says points upwards.
-        outside: Of a part of a recording, how many frames come before it, and after it.
+        up: The axis that points upwards, by the file.
+        outside: For a part of a recording, the numbers of frames before it and after it.
         origin: When the recording begins, s; None if that is the first frame here.
         reference: Joints that are no part of the body and were left out.
     """
@@ -53,7 +53,7 @@ class LoadedRecording(msgspec.Struct, frozen=True):
 
     @property
     def begin(self) -> float:
-        """When the recording begins, of which this may be a part, s; 0 without frames."""
+        """Begin of the whole recording, of which this may be a part, s; 0 without frames."""
         if self.origin is not None:
             return self.origin
         return float(self.times[0]) if len(self.times) else 0.0
@@ -124,7 +124,7 @@ class LoadedRecording(msgspec.Struct, frozen=True):
 
         Raises:
             SettingsError: If a setting is unknown or its value illegal.
-            TypeError: If a setting has no name, such as a whole `Settings`; it says how settings are given.
+            TypeError: If a setting has no name, such as a whole `Settings`; the message has the form of settings.
         """
         if unnamed:
             raise TypeError(
@@ -141,7 +141,7 @@ def read(path: str | Path, **options: Any) -> LoadedRecording:
     """Read a recording of any format in one call.
 
     Args:
-        path: Where it lies.
+        path: Path of the file.
         options: Fields of `ReadOptions`: `unit`, `fps`, `skeleton`, `root`, `joints`, `performer`, `allow_2d`.
 
     Raises:

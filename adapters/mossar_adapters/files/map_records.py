@@ -65,7 +65,7 @@ class Gathered(msgspec.Struct):
 def read_maps(path: Path, records: Callable[[], Iterator[MapRecord]], options: ReadOptions) -> Recording:
     """Return the recording of a sequence of maps.
 
-    All performers share a skeleton: that of the performer asked for, else of the first one that has frames. Frames of
+    All performers share a skeleton: that of the selected performer, else of the first one that has frames. Frames of
     performers with another skeleton are left out, with a note.
     """
     found = _survey(path, records)

@@ -30,7 +30,7 @@ class MarkerTable(msgspec.Struct, frozen=True):
         labels: Name of each marker, with its subject in front if there are several.
         xyz: Column of x of each marker; y and z follow.
         fps: Rate in Hz as the file states it, None if it does not.
-        metres: Metres per unit, None if the file does not say.
+        metres: Metres per unit, None if the file states none.
         time: Column of the time in seconds, -1 without.
         frame: Column of the frame number, -1 without.
         first_number: Number of the first frame of a take in the file, 0 or 1.

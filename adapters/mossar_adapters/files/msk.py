@@ -60,7 +60,7 @@ def _records(path: Path) -> Iterator[MapRecord]:
 
 
 def _only_zeros(file: BinaryIO) -> bool:
-    """Return whether nothing but zeros follows: what a machine without power leaves of what was not written yet."""
+    """Return whether only zeros follow: a power cut leaves them in place of unwritten bytes."""
     while block := file.read(1 << 16):
         if block.strip(b"\0"):
             return False
@@ -88,10 +88,10 @@ def end_of_records(file: BinaryIO, size: int) -> int:
 class MskWriter:
     """Writes a `.msk` recording.
 
-    Every chunk is handed to the operating system at once, so that it is safe whatever happens to the program.
+    Every chunk is handed to the operating system at once, so that it survives a crash of the program.
 
     Args:
-        path: Where to write.
+        path: Path of the file.
         force: Whether to replace a file that is there.
         position: Go on at this byte of a recording that is there.
 

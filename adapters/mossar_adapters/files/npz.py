@@ -32,7 +32,7 @@ SMALL = 64 << 20  # bytes, for everything but the positions
 _RATES = ("fps", "framerate", "frame_rate", "mocap_framerate", "mocap_frame_rate")
 _TIMES = ("timestamps", "time")  # other names of `times` and `joint_names`, if they have the right shape
 _NAMES = ("names",)
-_TALLEST = 10.0  # m; what is larger is in another unit
+_TALLEST = 10.0  # m; a larger body is in another unit
 _BODY_MODEL = {"poses", "smpl_poses", "body_pose", "pose_body", "fullpose", "betas"}
 _DAMAGE = (
     zipfile.BadZipFile,
@@ -47,7 +47,7 @@ _DAMAGE = (
     SyntaxError,
     MemoryError,
 )
-_PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}  # what numpy writes; others may ask for any memory
+_PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}  # methods of numpy; others may need any memory
 
 
 class Member(msgspec.Struct, frozen=True):
@@ -55,7 +55,7 @@ class Member(msgspec.Struct, frozen=True):
 
     Args:
         name: Without `.npy`.
-        shape: As its header says.
+        shape: From its header.
         dtype: Of its items.
         fortran: Whether the first index runs fastest.
         size: Bytes of its data in the archive's directory.
@@ -224,7 +224,7 @@ def _clock(
 def _confidence(
     path: Path, members: dict[str, Member], shape: tuple[int, int]
 ) -> NDArray[np.floating] | None:
-    """Return how sure the sensor was of each joint, (n, J), None if the file does not say."""
+    """Return the confidence of each joint, (n, J), None if the file has none."""
     member = members.get("confidence")
     if member is None or member.shape != shape or member.dtype.kind != "f":
         return None

@@ -1,6 +1,6 @@
 """NTU RGB+D `.skeleton`: Kinect v2 bodies in text, 25 joints, metres, 30 frames per second.
 
-The file says how many frames it has; each frame how many bodies, each body how many joints. Bodies are
+The file states its number of frames, each frame its number of bodies, each body its number of joints. Bodies are
 performers in the order in which they appear. Joints that are not tracked are missing, inferred ones have
 confidence 0.5.
 """
@@ -87,7 +87,7 @@ def _frames(path: Path, name: str, bodies: list[Body], fps: float) -> Frames:
 
 
 def _survey(path: Path) -> tuple[int, int, dict[str, int]]:
-    """Return the announced and the whole frames, and how many frames each body has in these."""
+    """Return the announced and the whole frames, and the number of frames of each body in these."""
     lines = numbered_lines(path)
     announced = _count(path, lines, 10**9)
     whole, bodies = 0, dict[str, int]()

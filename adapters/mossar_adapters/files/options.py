@@ -9,12 +9,12 @@ MIN_FPS, MAX_FPS = 0.001, 100_000.0  # Hz
 
 
 class ReadOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How to read a recording; the defaults trust the file.
+    """Options of reading; the defaults trust the file.
 
     Args:
         fps: Rate in Hz; replaces the rate and the times in the file.
-        unit: `m`, `cm`, `mm`, `inch`: what one unit of the file is; `auto` takes what the format states and
-            otherwise guesses from the height of the skeleton.
+        unit: `m`, `cm`, `mm`, `inch`: the unit of the file; `auto` uses that of the format, or guesses it from the
+            height of the skeleton.
         skeleton: Path of the skeleton file that belongs to the recording (`.asf` for `.amc`).
         root: Name of the joint that is the body centre.
         joints: Names of the joints to keep, in this order; empty keeps all.

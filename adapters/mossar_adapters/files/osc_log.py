@@ -121,7 +121,7 @@ def _poses(path: Path, options: ReadOptions, log: Log) -> Iterator[tuple[Meta, F
     for item in _items(path, options, log):
         if isinstance(item, Meta):
             metas[item.performer] = item
-        elif isinstance(item, Frames):  # a recording need not say who left
+        elif isinstance(item, Frames):  # departures are not recorded
             yield metas[item.performer], item
 
 
@@ -212,10 +212,10 @@ def _notes(log: Log, clock: float | None, unit: str, left_out: int, *, guessed: 
 
 
 def _no_frame(log: Log) -> str:
-    """Return why a log has no frame, and its other content."""
+    """Return the reason why a log has no frame, and its other content."""
     counters = log.counters
     if counters.malformed:
-        hint = " (oscdump leaves out what blobs hold; record with mossar record)" if log.blobs else ""
+        hint = " (oscdump leaves out the content of blobs; record with mossar record)" if log.blobs else ""
         return f"no frame in {counters.received} messages, the last: {counters.last_error}{hint}"
     kinds = ", ".join(shown(address) for address, _ in log.unwanted.most_common(4))
     return f"none of {counters.received} messages is of a known profile of OSC; there are {kinds or 'none'}"

@@ -1,8 +1,8 @@
 """Files that are written while a stream runs; a full disk is logged once, in one line.
 
 A run that was cut short goes on in its files at the place that its snapshot names. A machine that lost its power may
-have lost bytes that were written: then the file is cut behind its last whole record, never filled up, and that is
-said. So that this stays rare, outputs are synchronised before the snapshot that counts on them.
+have lost bytes that were written: then the file is cut behind its last whole record, never filled up, and this is
+logged. To keep that rare, outputs are synchronised before the snapshot that refers to them.
 """
 
 import contextlib
@@ -17,8 +17,8 @@ from mossar_adapters.files.claim import Claim
 from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_stream import MossarError
 
-_BLOCK = 1 << 16  # bytes looked at in one go for the end of a line
-_NO_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EROFS}  # what pipes and devices answer
+_BLOCK = 1 << 16  # bytes searched at once for the end of a line
+_NO_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EROFS}  # errors of pipes and devices
 
 _log = logging.getLogger("mossar.output")
 
@@ -44,7 +44,7 @@ class OutputFile:
     """A file that only grows.
 
     Args:
-        path: Where it lies.
+        path: Path of the file.
         replace: Whether to replace one that is there; one that is empty always is.
         position: Go on at this byte of one that is there.
         whole: Returns where the last whole record ends in so many bytes of a file.

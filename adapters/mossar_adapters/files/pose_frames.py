@@ -111,7 +111,7 @@ def _are_poses(found: Any) -> bool:
 
 
 def _by_number(content: dict[str, Any]) -> list[Any] | None:
-    """Return what stands under `0`, `1` … or `frame_0`, `frame_1` … in their order, None if other keys do."""
+    """Return the values of `0`, `1` … or `frame_0`, `frame_1` … in their order, None if there are other keys."""
     numbers = [_FRAME_NAME.fullmatch(key) for key in content]
     if not content or None in numbers or any(_is_point(value) for value in content.values()):
         return None
@@ -120,7 +120,7 @@ def _by_number(content: dict[str, Any]) -> list[Any] | None:
 
 
 def by_image(frames: Iterable[Any]) -> Iterator[Any]:
-    """Yield the frames; people who say that they are in the same image, and stand one after the other, as a list."""
+    """Yield the frames; consecutive people of the same image as a list."""
     for _, people in groupby(frames, key=_image):
         found = list(people)
         yield found[0] if len(found) == 1 else found
@@ -202,7 +202,7 @@ def _is_numbers(found: Any) -> bool:
 
 
 def _flat_width(found: Any) -> int:
-    """Return how many numbers of a flat list belong to a joint, 0 if it is none of a known set."""
+    """Return the number of values per joint in a flat list, 0 if it fits no known set."""
     if not _is_numbers(found):
         return 0
     fitting = [w for w in (4, 3) if len(found) % w == 0 and by_count(len(found) // w)]

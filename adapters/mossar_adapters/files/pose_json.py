@@ -1,7 +1,7 @@
 """JSON of pose estimators: MediaPipe, TensorFlow.js, OpenPose; one file, or a folder with a file per frame.
 
-A file holds one frame, a list of frames, an object with a list of frames in it, or a frame per line. Which shapes
-of a frame are understood is in `pose_frames`. Coordinates in metres are taken as they are (MediaPipe's world landmarks);
+A file holds one frame, a list of frames, an object with a list of frames in it, or a frame per line. `pose_frames` has
+the known shapes of a frame. Coordinates in metres stay as they are (MediaPipe's world landmarks);
 image coordinates have no unit and are scaled so that the skeleton is 1.7 m tall. The y axis of images points
 down: they are turned about x so that y points up.
 """
@@ -45,7 +45,7 @@ class PoseFile(msgspec.Struct):
 
     Args:
         poses: Of each person, by index of the frame.
-        times: Seconds of each frame, None where a frame does not say.
+        times: Seconds of each frame, None where a frame has none.
         fps: Rate that the file states.
         cut: Whether the JSON was cut off.
         names: Of the joints, if the file names them once for all frames.
@@ -140,7 +140,7 @@ def _clock(
 
 
 def _counting(found: PoseFile, times: np.ndarray[Any, Any]) -> Counting | None:
-    """Return how to count frames whose times do not run as frames do; None if they do."""
+    """Return the way to count frames whose times are not those of frames; None if they are."""
     first = min(found.poses)
     nothing = np.full((1, 3), np.nan)
     poses = [
@@ -150,7 +150,7 @@ def _counting(found: PoseFile, times: np.ndarray[Any, Any]) -> Counting | None:
 
 
 def _why_no_times(times: np.ndarray[Any, Any]) -> str:
-    """Return why the times of frames are not used."""
+    """Return the reason why the times of frames are not used."""
     missing = int(np.isnan(times).sum())
     if missing == len(times):
         return "the file states neither rate nor times"

@@ -32,14 +32,14 @@ _USUAL = (
     500,
     1000,
 )
-NEARLY_USUAL = 0.03  # share by which a rate measured on a coarse clock may depart from the one that is meant
-NEARLY_WHOLE = 5e-4  # a rate nearer than this to a whole one is meant to be that; 23.976 is not 24
+NEARLY_USUAL = 0.03  # share by which a rate measured on a coarse clock may depart from the true one
+NEARLY_WHOLE = 5e-4  # a rate nearer than this to a whole one is that one; 23.976 is not 24
 
 
 def rate_of_step(step: str) -> float:
     """Return the rate that a printed time between frames stands for.
 
-    A usual or at least a whole rate is meant where the printed digits allow it: "0.008333" is 120 Hz, not
+    A usual or at least a whole rate is chosen where the printed digits allow it: "0.008333" is 120 Hz, not
     120.0048, and "0.033" is 30 Hz; "0.0417083750417" stays 23.976 Hz.
 
     Args:

@@ -1,4 +1,4 @@
-"""Which reader reads which file: one table.
+"""The readers of file formats: one table.
 
 A new format is one module with `read(path, options) -> Recording` and one row here.
 """
@@ -43,7 +43,7 @@ class Format(msgspec.Struct, frozen=True):
         library: Module whose absence means that the extra is missing.
         folder: Whether it reads folders too.
         motion: Whether the module also has `read_motion(path, options) -> JointMotion`.
-        decisive: Whether what the sniffer knows is enough, whatever the extension.
+        decisive: Whether the sniffer alone decides, whatever the extension.
         timed: Whether a file has a time for each frame, by a clock that may not have run.
         plain: Whether those times may be in another unit than seconds, without a word about it.
     """
@@ -70,7 +70,7 @@ _MOST_LISTED = 1000  # files of a folder among which a similar name is searched
 _HERE = "mossar_adapters.files"
 
 VIDEO_SUFFIXES: Final = (".mp4", ".mov", ".avi", ".webm", ".mkv")
-ESTIMATE_SUFFIX: Final = ".pose.npz"  # of what is kept beside a video
+ESTIMATE_SUFFIX: Final = ".pose.npz"  # of the estimate kept beside a video
 FORMATS: tuple[Format, ...] = (
     Format(
         "BVH",
@@ -191,10 +191,10 @@ def open_recording(
         formats: The table to look in.
 
     Returns:
-        The recording, with only the joints and performer asked for.
+        The recording, with only the selected joints and performer.
 
     Raises:
-        FileError: If it cannot be read; one line says why.
+        FileError: If it cannot be read; one line has the reason.
     """
     options = options or ReadOptions()
     path = Path(path)
@@ -237,7 +237,7 @@ def open_motion(
 def format_of(path: Path, formats: Sequence[Format] = FORMATS) -> Format:
     """Return the format of a file: the first that knows its content.
 
-    Formats that are sure of it are asked first, whatever the extension; then those with its extension.
+    Decisive formats come first, whatever the extension; then those with its extension.
 
     Raises:
         FileError: If there is no such file or no such format.
@@ -269,7 +269,7 @@ def format_of(path: Path, formats: Sequence[Format] = FORMATS) -> Format:
 
 @contextlib.contextmanager
 def _clear_errors(path: Path) -> Iterator[None]:
-    """Turn what the system says into one line; it may be about another file, such as one in a folder."""
+    """Turn an error of the system into one line; it may be about another file, such as one in a folder."""
     try:
         yield
     except OSError as error:

@@ -27,7 +27,7 @@ def check_places(read: Iterable[str], written: Iterable[str]) -> None:
     """Refuse to write an input, or one place twice.
 
     Links, hard ones too, are followed. The skeletons beside an `.amc`, the poses beside a video, files that options of
-    a URL name, and what lies in a folder that is read, are read, too.
+    a URL name, and the files of a folder that is read, are read, too.
 
     Args:
         read: Paths, patterns and URLs.
@@ -119,7 +119,7 @@ class Draft:
     Pipes and devices are written themselves. So are files in a folder that takes no new ones.
 
     Args:
-        target: The file that is to be written; a link stands for what it points to.
+        target: The file that is to be written; a link stands for its target.
 
     Raises:
         OSError: If nothing can be written there.

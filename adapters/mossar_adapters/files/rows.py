@@ -133,7 +133,7 @@ def cut_note(rows: Rows, announced: int | None = None) -> tuple[str, ...]:
 
     Args:
         rows: The rows.
-        announced: Number of frames that the file says it has, if it does.
+        announced: Number of frames that the file states, if it does.
     """
     if announced is not None and announced > rows.count:
         return (f"the file is cut off: {rows.count} of {announced} frames are there",)

@@ -26,8 +26,8 @@ _OFTEN: Final = 8  # and more than one in so many
 _RATES: Final = (5.0, 1000.0)  # Hz of frames; other numbers are rates of the clock
 # Seconds from frame to frame; no recording of a body has longer or much shorter ones.
 _STEPS: Final = (1 / 2000, 1.0)
-_ENOUGH: Final = 16  # steps, to say so
-_JUDGED: Final = 256  # frames that are looked at when a file is opened,
+_ENOUGH: Final = 16  # steps, for a verdict
+_JUDGED: Final = 256  # frames that are judged when a file is opened,
 _LOOKED_AT: Final = 16 * _JUDGED  # among as many of other performers
 
 _log = logging.getLogger("mossar.source")
@@ -74,8 +74,8 @@ class Counting(NamedTuple):
     """That frames are counted instead of being timed.
 
     Args:
-        rate: At which, Hz.
-        why: What is wrong with their times.
+        rate: Rate of counting, Hz.
+        why: The fault of their times.
     """
 
     rate: float
@@ -90,7 +90,7 @@ class Counting(NamedTuple):
 def counting_of(
     times: NDArray[np.float64], positions: Sequence[NDArray[Any]] | NDArray[Any], stated: float | None
 ) -> Counting | None:
-    """Return how to count frames whose times do not run as frames do; None if they do.
+    """Return the way to count frames whose times are not those of frames; None if they are.
 
     Args:
         times: (n,) s.
@@ -110,7 +110,7 @@ def counting_of(
 
 
 def why_absurd(times: NDArray[np.float64]) -> str | None:
-    """Return what the times are if no frames have such, else None."""
+    """Return a description of impossible times, else None."""
     steps = np.diff(times)
     steps = steps[np.isfinite(steps)]
     if len(steps) < _ENOUGH:

@@ -53,7 +53,7 @@ def selected_skeleton(skeleton: Skeleton, options: ReadOptions) -> tuple[Skeleto
     """Return the skeleton with the root and joints that the options name, and notes for the user.
 
     Raises:
-        FrameError: If there is no such joint, or the root that was asked for is not among the joints.
+        FrameError: If there is no such joint, or the wanted root is not among the joints.
     """
     if options.root is not None:
         skeleton = skeleton.with_root(options.root)

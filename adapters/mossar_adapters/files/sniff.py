@@ -35,7 +35,7 @@ def magic(*beginnings: bytes) -> Sniffer:
 
 
 def msk(head: bytes, _path: Path) -> bool:
-    """Return whether this is our own format, in whatever version."""
+    """Return whether this is our own format, in any version."""
     return head.startswith(b"MSK") and head[3:4].isdigit()
 
 

@@ -13,7 +13,7 @@ class Subject(msgspec.Struct, frozen=True):
     """The markers of one subject.
 
     Args:
-        name: Of the performer; `p1` if the labels do not say.
+        name: Of the performer; `p1` if the labels have none.
         labels: Without the subject's name.
         columns: Index of each marker among all of them.
     """
@@ -34,7 +34,7 @@ def subjects_of(
     Args:
         path: For messages.
         labels: All markers.
-        wanted: Name of the performer asked for.
+        wanted: Name of the wanted performer.
 
     Raises:
         FileError: If there is no marker.

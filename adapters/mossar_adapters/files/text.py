@@ -15,7 +15,7 @@ _MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
-_PADDING = b"\0\x1a"  # what a crash or an old program leaves behind the text
+_PADDING = b"\0\x1a"  # bytes that a crash or an old program leaves behind the text
 
 
 def encoding_of(head: bytes) -> str | None:
@@ -34,7 +34,7 @@ def encoding_of(head: bytes) -> str | None:
 
 
 def _unmarked_utf16(head: bytes) -> str | None:
-    """Return which UTF-16 text without a mark is, as some exports are; None if it is none."""
+    """Return the encoding of UTF-16 without a mark, as in some exports; None for other text."""
     for encoding, high, low in (("utf-16-le", head[1::2], head[::2]), ("utf-16-be", head[::2], head[1::2])):
         if high.count(0) > 0.9 * len(high) and 0 not in low:
             return encoding

@@ -47,9 +47,9 @@ def metres_of(unit: str) -> float | None:
 
 
 def height(positions: NDArray[np.floating]) -> float:
-    """Return how tall a skeleton is: its largest extent along an axis, median over the frames.
+    """Return the height of a skeleton: its largest extent along an axis, median over the frames.
 
-    People in T-pose span as wide as they are tall, so that the vertical axis need not be known. Frames with
+    People in T-pose span their own height, so that the vertical axis need not be known. Frames with
     fewer than half of the joints do not count.
 
     Args:

@@ -47,7 +47,7 @@ class Estimate(msgspec.Struct):
 
 
 def kept_beside(path: Path) -> Path:
-    """Return where the estimate of a video is kept."""
+    """Return the path of a video's estimate."""
     return path.with_name(path.name + ESTIMATE_SUFFIX)
 
 
@@ -74,7 +74,7 @@ def _in_memory(path: Path, found: Estimate, options: ReadOptions, notes: tuple[s
 
 
 def _is_of(archive: Path, path: Path) -> bool:
-    """Return whether an archive is the estimate of a video as it is now."""
+    """Return whether an archive is the estimate of the present video."""
     try:
         with np.load(archive, allow_pickle=False) as arrays:
             return bool(arrays["video_size"] == path.stat().st_size)

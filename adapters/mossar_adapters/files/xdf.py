@@ -72,7 +72,7 @@ def _choice(path: Path, options: ReadOptions) -> tuple[Stream, tuple[str, ...]]:
 def _loaded(path: Path, stream: Stream) -> dict[str, Any]:
     import pyxdf
 
-    logging.getLogger(pyxdf.pyxdf.logger.name).setLevel(logging.CRITICAL)  # what matters we say ourselves
+    logging.getLogger(pyxdf.pyxdf.logger.name).setLevel(logging.CRITICAL)  # our own messages replace its
     data = checked_stream(path, stream)
     try:
         with warnings.catch_warnings():

@@ -129,7 +129,7 @@ def checked_stream(path: Path, stream: Stream) -> bytes:
 
 
 def _check_samples(path: Path, stream: Stream, chunk: Chunk) -> None:
-    """Walk over the samples, each a flag, a time if the flag says so, and the values."""
+    """Walk over the samples, each a flag, a time if the flag is set, and the values."""
     data, at = chunk.data, chunk.content
     width = data[at] if at < len(data) else 0
     count = int.from_bytes(data[at + 1 : at + 1 + width], "little")

@@ -66,8 +66,8 @@ def build(env: "StreamExecutionEnvironment", job: Job, records: "DataStream | No
     """Lay the stream: records, keyed by performer, segmented, sent.
 
     Args:
-        env: Where.
-        job: What.
+        env: Environment of the engine.
+        job: The job.
         records: Instead of the job's source.
     """
     from pyflink.common import Types
@@ -80,7 +80,7 @@ def build(env: "StreamExecutionEnvironment", job: Job, records: "DataStream | No
     keyed = stream.key_by(performer_of, Types.STRING())
     moves = job.segmenter.read_moves()
     function = SegmentFunction(job.segmenter.build(), job.takes, moves, job.segmenter.followed(moves))
-    # With a name of its own the state is found again in whatever way the job around it changes.
+    # With a name of its own the state is found again after other changes of the job.
     events = keyed.process(function, Types.STRING()).name("segment").uid("segment")
     ends.send(events, job.to, job.name)
 
@@ -120,7 +120,7 @@ def latest_checkpoint(folder: str) -> Path | None:
     """Return the last whole checkpoint in a local folder, of a run that has not come to its end.
 
     Args:
-        folder: URI. What lies in a bucket is named by "execution.state-recovery.path" instead.
+        folder: URI. For a bucket, "execution.state-recovery.path" names the checkpoint instead.
     """
     times = _whole_checkpoints(folder)
     return max(times, key=times.__getitem__) if times else None
@@ -154,8 +154,8 @@ def _whole_checkpoints(folder: str) -> dict[Path, int]:
 def leave_nothing(folder: str, *runs: str) -> None:
     """See that no later run goes on from checkpoints of runs that have come to their end.
 
-    The engine removes them in threads of its own: when it says that the job has ended, the last checkpoint may not be removed
-    yet, or not even be written. The process may end before that. So each run is marked as ended, whatever is left of it.
+    The engine removes them in threads of its own: when it reports the end of the job, the last checkpoint may not be removed
+    yet, or not even be written. The process may end before that. Each run is therefore marked as ended, whatever files are left of it.
 
     Args:
         folder: URI of the checkpoints; those in a bucket are named by the user, and left to the engine.

@@ -1,7 +1,7 @@
 """Following: the segmenters of the performers whose records come to one operator.
 
 The engine keeps each performer's snapshot; here are the live segmenters, so that a snapshot is unpacked only after a
-failure, a move to another machine, or a long absence. What this holds is lost with the process, and may be.
+failure, a move to another machine, or a long absence. The process may lose them at any time.
 """
 
 import math
@@ -117,7 +117,7 @@ class Following:
     def _announce(
         self, performer: str, line: Line | None, meta: Meta, now: float
     ) -> tuple[Line, list[Event]]:
-        """Take note of a skeleton; another one ends the take."""
+        """Note a skeleton; another one ends the take."""
         if line is not None and line.segmenter.skeleton == meta.skeleton:
             line.heard = now
             return line, []

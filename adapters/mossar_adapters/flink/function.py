@@ -1,7 +1,7 @@
 """Function: the calls of Flink for each record and each timer of a performer.
 
-The state written with a record is what a restart gets with the records behind it, so the events after a failure are
-those there would have been without: byte for byte, which lets receivers drop what they get twice by id and rev.
+A restart gets the state written with a record, and the records behind it. The events after a failure are therefore the
+same, byte for byte, as without it, and receivers can drop repeated ones by id and rev.
 """
 
 import logging
@@ -19,7 +19,7 @@ from mossar_adapters.flink.job import Takes
 from mossar_stream import Event, FrameError, Moves, Settings, to_json
 
 END_OF_TIME = (1 << 63) - 1  # ms; the watermark at the end of files, and of a job that is drained
-STATE = "segmenter"  # name of the state; another one would not find what was saved
+STATE = "segmenter"  # name of the state; under another one a saved state is not found
 
 _log = logging.getLogger("mossar.flink")
 
@@ -29,7 +29,7 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
 
     Args:
         settings: Of the segmenters.
-        takes: When takes end without a frame that says so.
+        takes: Times after which takes end without a frame.
         moves: That are recognised.
         follow: Names of those that are followed, or True for all.
     """
@@ -47,7 +47,7 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
         self._follow = follow
 
     def open(self, runtime_context: RuntimeContext) -> None:
-        """Begin with nothing but what the engine kept."""
+        """Begin with the state that the engine kept."""
         # An array of bytes as such crashes thread mode where there is no value yet.
         self._state = runtime_context.get_state(ValueStateDescriptor(STATE, Types.PICKLED_BYTE_ARRAY()))
         metrics = runtime_context.get_metrics_group()

@@ -59,7 +59,7 @@ class KafkaSource(_Part, frozen=True):
         servers: HOST:PORT, several with commas.
         topic: Its name.
         group: Consumer group.
-        begin: Where to begin without a checkpoint; `committed` is where the group left off, else the earliest.
+        begin: The offset without a checkpoint; `committed` is the group's last one, else the earliest.
         properties: Of the client, as they are.
     """
 
@@ -87,14 +87,14 @@ class KafkaTarget(_Part, frozen=True):
 
 
 class Source(_Part, frozen=True):
-    """Where records come from; one of them."""
+    """The source of records; one of these."""
 
     files: Text | None = None
     kafka: KafkaSource | None = None
 
 
 class Target(_Part, frozen=True):
-    """Where events go; one of them."""
+    """The target of events; one of these."""
 
     live: Text | None = None
     files: Text | None = None
@@ -102,7 +102,7 @@ class Target(_Part, frozen=True):
 
 
 class Segmenting(_Part, frozen=True):
-    """How to segment."""
+    """Settings of the segmenters."""
 
     preset: Literal["paper", "default", "game"] = "default"
     level: str | float | None = None
@@ -138,7 +138,7 @@ class Segmenting(_Part, frozen=True):
             raise SettingsError(f"segmenter.moves: {self.moves}: {error}") from None
 
     def followed(self, moves: Moves | None) -> tuple[str, ...] | bool:
-        """Return which of the moves are followed.
+        """Return the moves that are followed.
 
         Raises:
             SettingsError: If there are no moves, or none of a name.
@@ -159,14 +159,14 @@ class Segmenting(_Part, frozen=True):
 
 
 class Takes(_Part, frozen=True):
-    """When takes end and performers are forgotten, s of wall time."""
+    """Times after which takes end and performers are forgotten, s of wall time."""
 
     idle: Annotated[float, msgspec.Meta(ge=0, le=1e7)] = 5.0
     forget: Seconds = 3600.0
 
 
 class Checkpoints(_Part, frozen=True):
-    """Where the state of all performers is kept, and how often."""
+    """Folder and interval of the checkpoints."""
 
     folder: Text = "checkpoints"
     seconds: Annotated[float, msgspec.Meta(ge=0.1, le=86400)] = 10.0

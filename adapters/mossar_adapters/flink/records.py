@@ -28,7 +28,7 @@ from mossar_adapters.source import Meta
 from mossar_stream import MAX_JOINTS, FrameError, Frames
 
 FRAMES_A_RECORD = 10  # 167 ms at 60 Hz
-MAX_BYTES = 1 << 20  # of a record: what brokers take if nothing else is set
+MAX_BYTES = 1 << 20  # of a record: the default limit of brokers
 NOBODY = ""  # key of records that name no performer
 _JSON_BEGINS = b"{ \t\r\n"
 
@@ -74,7 +74,7 @@ def read_record(record: bytes | str) -> Meta | Frames:
     """Return the content of a record.
 
     Raises:
-        FrameError: If it is too long, damaged, of another type, or impossible; one line says why.
+        FrameError: If it is too long, damaged, of another type, or impossible; one line has the reason.
     """
     if len(record) > MAX_BYTES:
         raise FrameError(f"a record of {len(record)} bytes; {MAX_BYTES} can be read")
@@ -95,7 +95,7 @@ def read_record(record: bytes | str) -> Meta | Frames:
 
 
 def records_of(item: Meta | Frames, size: int = FRAMES_A_RECORD, *, text: bool = False) -> Iterator[bytes]:
-    """Yield the records of a meta or of a chunk of frames: what a source's `items` give, ready for a topic.
+    """Yield the records of a meta or of a chunk of frames, from a source's `items`, ready for a topic.
 
     Args:
         item: Meta or frames.
@@ -174,5 +174,5 @@ def _floats(data: bytes, shape: tuple[int, ...], name: str) -> NDArray[np.float3
 
 def _times(times: list[float]) -> NDArray[np.float64]:
     if not all(abs(time) < 1e15 for time in times):
-        raise FrameError("t holds what is no time")
+        raise FrameError("t is no time")
     return np.array(times, np.float64)

@@ -1,1 +1,1 @@
-"""Frame and meta maps: what ZeroMQ, JSON lines and `.msk` files carry, and the one decoder for all of them."""
+"""Frame and meta maps: the content of ZeroMQ messages, JSON lines and `.msk` files, with one decoder for all."""

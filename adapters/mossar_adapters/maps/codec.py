@@ -27,7 +27,7 @@ def from_json(data: bytes | str) -> FrameMap | MetaMap | None:
     """Return the map in a JSON object, None if it is of another type; NaN, as Python writes it, is null.
 
     Raises:
-        FrameError: If it is no JSON object or a field is of the wrong type; one line says which.
+        FrameError: If it is no JSON object or a field is of the wrong type; one line names it.
     """
     try:
         return _map_of_json(data)
@@ -52,7 +52,7 @@ def from_msgpack(data: bytes) -> FrameMap | MetaMap | None:
     """Return the map in msgpack bytes, None if it is of another type.
 
     Raises:
-        FrameError: If it is damaged or a field is of the wrong type; one line says which.
+        FrameError: If it is damaged or a field is of the wrong type; one line names it.
     """
     try:
         kind = _msgpack_kind.decode(data).type

@@ -23,7 +23,7 @@ class MapDecoder:
     """Turns maps into metas and poses.
 
     Args:
-        counters: Where gaps are counted.
+        counters: They count gaps.
         options: The user's fps and unit.
         performer: The user's name of the performer, or None.
     """
@@ -40,11 +40,11 @@ class MapDecoder:
         return self._owners.forget(sender)
 
     def receive(self, found: FrameMap | MetaMap, arrival: float, sender: str = "") -> Meta | Pose:
-        """Return what a map says.
+        """Return the content of a map.
 
         Args:
             found: The map.
-            arrival: When it came, s.
+            arrival: Time of arrival, s.
             sender: Distinguishes connections, where that is known: a name belongs to one of them.
 
         Raises:

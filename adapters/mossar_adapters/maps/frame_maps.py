@@ -42,7 +42,7 @@ class MetaMap(msgspec.Struct):
         performer: Name of the performer.
         parents: For each joint the index of its parent, -1 for the root.
         root: Index of the joint that is the centre of the body; -1 takes the centroid.
-        fps: Nominal rate, Hz; left out where nobody knows it.
+        fps: Nominal rate, Hz; left out if unknown.
         unit: Of positions in frames: metres.
         settings: Of the segmenter; left out where frames are sent.
         run: The run of the program that emits the events; left out where frames are sent.

@@ -10,13 +10,13 @@ from mossar_adapters.source import Departure, Meta
 
 
 class MapIntake:
-    """Takes maps in, whatever wire they came over.
+    """Processes maps of any wire.
 
     Args:
         counters: Where maps of other types and gaps are counted.
         options: The user's fps and unit.
         performer: The user's name of the performer, or None.
-        piped: Whether arrivals may say nothing, as those of a file that is read through a pipe.
+        piped: Whether times of arrival may be meaningless, as those of a file that is read through a pipe.
     """
 
     def __init__(
@@ -34,11 +34,11 @@ class MapIntake:
         self._maps = MapDecoder(counters, options, performer)
 
     def put(self, found: FrameMap | MetaMap | None, arrival: float, sender: str = "") -> Meta | Pose | None:
-        """Take one map in, and return what it says; None if it is of another type, such as an event.
+        """Process one map, and return its content; None for another type, such as an event.
 
         Args:
-            found: What was decoded; None for another type.
-            arrival: When it came, s.
+            found: The decoded map; None for another type.
+            arrival: Time of arrival, s.
             sender: Distinguishes connections, where that is known: a name belongs to one of them.
 
         Raises:
@@ -53,7 +53,7 @@ class MapIntake:
         return said
 
     def leave(self, sender: str, reason: str) -> None:
-        """Let the performers of a connection leave, for it is gone."""
+        """Report the departure of the performers of a closed connection."""
         for performer in self._maps.forget(sender):
             self.batch.put(Departure(performer, reason))
         self.batch.forget(sender)

@@ -1,4 +1,4 @@
-"""The decoder of JSON lines: bytes in, in whatever pieces they come, metas and frames out. It never sees a stream.
+"""The decoder of JSON lines: bytes in, in any pieces, metas and frames out. It never sees a stream.
 
 Lines without a `type` may be poses in the shapes of pose estimators, as in files (`maps.poses`).
 """
@@ -35,7 +35,7 @@ class LineDecoder:
     def __init__(self, options: ReadOptions | None = None) -> None:
         self.counters = Counters()
         self.usable = 0  # frames
-        self.problem = ""  # what was wrong with the first malformed line
+        self.problem = ""  # fault of the first malformed line
         self._intake = MapIntake(self.counters, options, piped=True)
         self._poses = PoseDecoder(options or ReadOptions())
         self._rest = b""  # of a line whose end has not come
@@ -45,7 +45,7 @@ class LineDecoder:
 
         Args:
             data: Any number of lines, whole or not.
-            arrival: When they came, s.
+            arrival: Time of arrival, s.
         """
         *lines, self._rest = (self._rest + data).split(b"\n")
         for line in lines:
@@ -56,7 +56,7 @@ class LineDecoder:
         return self._intake.batch.take()
 
     def end(self, arrival: float) -> list[Meta | Frames | Departure]:
-        """Return what the last line says if nothing ended it, and what is held back: there is no more to come."""
+        """Return the content of an unterminated last line, and of lines that were held back, at the end of the input."""
         found = self.receive(b"\n", arrival) if self._rest else []
         return [*found, *self._intake.batch.take(math.inf)]
 

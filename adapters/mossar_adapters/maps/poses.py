@@ -38,7 +38,7 @@ class PoseDecoder:
 
         Args:
             line: JSON.
-            arrival: When it came, s.
+            arrival: Time of arrival, s.
 
         Raises:
             FrameError: If it is no JSON, or holds poses that cannot be used.

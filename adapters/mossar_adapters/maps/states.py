@@ -1,4 +1,4 @@
-"""States: where each performer stands, for receivers that join late and missed the events that say so."""
+"""States of the performers, for receivers that join late and missed the events."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -16,7 +16,7 @@ VERSION = 1
 
 
 class StateMap(msgspec.Struct):
-    """Where a performer stands when a receiver joins late; sent once to that receiver, behind the meta.
+    """The state of a performer for a receiver that joins late; sent once to that receiver, behind the meta.
 
     Args:
         performer: Name of the performer.
@@ -63,12 +63,12 @@ class States:
             yield state
 
     def announce(self, meta: Meta) -> None:
-        """Take note of a performer's level."""
+        """Note a performer's level."""
         if meta.settings is not None:
             self._levels[meta.performer] = meta.settings.get("level", UNSET)
 
     def follow(self, events: Iterable[Event]) -> None:
-        """Take note of what events change."""
+        """Update the states with events."""
         for event in events:
             if isinstance(event, StreamEvent):
                 self._follow_stream(event)

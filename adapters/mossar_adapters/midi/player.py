@@ -18,8 +18,8 @@ class Player:
         port: Where messages go.
 
     Attributes:
-        dropped: Messages that the port did not take.
-        error: What the port died of.
+        dropped: Messages that the port did not accept.
+        error: The error that ended the port.
     """
 
     def __init__(self, port: Port) -> None:

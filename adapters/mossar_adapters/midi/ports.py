@@ -1,4 +1,4 @@
-"""Where MIDI messages go: a port of this computer, or a file, pipe or device that takes them as bytes."""
+"""Targets of MIDI messages: a port of this computer, or a file, pipe or device that takes them as bytes."""
 
 import contextlib
 import errno
@@ -27,7 +27,7 @@ class Port(Protocol):
 
 
 def open_port(address: Address, *, replace: bool) -> Port:
-    """Open what a URL names: a path, the port `?port=`, otherwise a virtual port `?name=` that programs find.
+    """Open the target of a URL: a path, the port `?port=`, otherwise a virtual port `?name=` that programs find.
 
     Raises:
         MossarError: If it cannot be had.
@@ -86,7 +86,7 @@ def _opened_port(address: Address) -> Any:
 
 @contextlib.contextmanager
 def _without_words_of_c() -> Iterator[None]:
-    """Keep what the system's libraries print from standard error; what went wrong is raised as well."""
+    """Keep the output of the system's libraries from standard error; their errors are raised as well."""
     try:
         kept = os.dup(_STANDARD_ERROR)
     except OSError:  # it is closed
@@ -133,7 +133,7 @@ class FilePort:
 
 
 class DevicePort:
-    """A device or pipe, as /dev/snd/midiC1D0; what it cannot take at once is dropped."""
+    """A device or pipe, as /dev/snd/midiC1D0; messages that it cannot take at once are dropped."""
 
     def __init__(self, address: Address) -> None:
         self._descriptor = -1

@@ -62,7 +62,7 @@ class MidiSink:
         self._notes = dict(zip(KINDS, _notes(address), strict=True))
         self._beats = address.number("beats", 1, 16, 1) or 1
         self._channels: dict[str, int] = {}
-        self._leader = ""  # performer who keeps the clock
+        self._leader = ""  # performer of the clock
         self._followed: dict[str, int] = {}  # places of followed moves, in the order of their first events
         self._poses: dict[str, int] = {}  # the same of poses
         self._port = open_port(address, replace=force)
@@ -76,7 +76,7 @@ class MidiSink:
         """Play events.
 
         Raises:
-            Exception: What the port died of.
+            Exception: The error that ended the port.
         """
         if self._player.error is not None:
             raise self._player.error

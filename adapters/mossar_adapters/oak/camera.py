@@ -5,7 +5,7 @@ camera is noticed by asking (`Camera.get`), in any SDK version, whether or not i
 
 On board: colour picture -> pose network -> joints in the picture; stereo pair -> depth, brought into the view of the
 colour camera. On the host, in nodes of the SDK: joints are matched with the depth of the same moment, and the depth
-around each joint gives its position in space. There, because what runs on the host is tested without a camera.
+around each joint gives its position in space. On the host, because code there is tested without a camera.
 """
 
 import logging
@@ -55,7 +55,7 @@ _DEPTH_KEPT: Final = 64  # depth pictures, 23 MB; the network may be half a seco
 _FIRST_PICTURE: Final = 30.0  # s from the start; loading the network takes a while
 _SILENCE: Final = 5.0  # s without a message, which every picture causes, even an empty one
 
-# What the bindings make of the exceptions of the SDK.
+# The bindings' types for exceptions of the SDK.
 _SDK_ERRORS: Final = (RuntimeError, ValueError, TypeError, IndexError, OSError)
 
 _log = logging.getLogger("mossar.oak")
@@ -177,11 +177,11 @@ class Camera:
             raise error if isinstance(error, CameraError) else _refusal(name, error) from None
 
     def get(self, timeout: float) -> Picture | None:
-        """Return what was found in the next picture, None after `timeout` seconds without one.
+        """Return the people in the next picture, None after `timeout` seconds without one.
 
         Raises:
             CameraLost: If the camera is gone.
-            FrameError: If the message is not what the pipeline should send.
+            FrameError: If the message has another form than the pipeline's.
         """
         try:
             message = self._measurement.get(timeout)
@@ -202,7 +202,7 @@ class Camera:
         return None
 
     def close(self) -> None:
-        """Stop the pipeline and let the camera go; what fails now has no consequence.
+        """Stop the pipeline and release the camera; failures now are ignored.
 
         The SDK's threads are waited for here: its destructor would hold Python's lock, which they may need.
         """
@@ -234,8 +234,8 @@ def load_sdk() -> Any:
     Raises:
         MossarError: If it is not installed, or in another version; names the extra.
     """
-    # The SDK looks at these when it is imported. It logs to standard output, where our events go, and since 3.7 it
-    # reports to its maker how it is used, which nobody who runs `mossar` has asked for.
+    # The SDK reads these when it is imported. It logs to standard output, where our events go, and since 3.7 it
+    # reports its use to its maker, without the consent of the user of `mossar`.
     os.environ.setdefault("DEPTHAI_LEVEL", "off")
     os.environ.setdefault("DEPTHAI_TELEMETRY", "0")
     needed("depthai", "oak", "an OAK camera (oak:)")
@@ -263,7 +263,7 @@ def cameras() -> list[Any]:
 
 
 def obstacle(info: Any) -> str:
-    """Return why a camera cannot be used and what to do; empty if nothing is in the way."""
+    """Return the reason why a camera cannot be used, and the remedy; empty if it can."""
     if info.status.name == "X_LINK_INSUFFICIENT_PERMISSIONS":
         return f"no permission to use it over USB; run once, then plug it in again: {UDEV_RULE}"
     if info.status.name == "X_LINK_DEVICE_ALREADY_IN_USE" or info.state.name == "X_LINK_BOOTED":
@@ -305,7 +305,7 @@ def find_camera(wanted: str = "") -> Any:
 
 
 def model_folder() -> Path:
-    """Return where the SDK keeps the models that it has downloaded."""
+    """Return the folder of the models that the SDK has downloaded."""
     return Path(
         os.environ.get("DEPTHAI_ZOO_CACHE_PATH") or load_sdk().modelzoo.getDefaultCachePath()
     ).absolute()
@@ -320,7 +320,7 @@ def _is_address(text: str) -> bool:
 
 
 def fetch(model: str, platform: str, ask: str) -> None:
-    """Write where a model is to standard output: the one that is kept, or if `ask` is "1" what the hub has now."""
+    """Write the path of a model to standard output: the kept one, or if `ask` is "1" the hub's present one."""
     os.environ["DEPTHAI_ZOO_INTERNET_CHECK"] = ask
     sdk = load_sdk()
     try:
@@ -340,9 +340,9 @@ def _archive(model: str, platform: str, say: Say, over: Over) -> Any:
 
 
 def _fetched(model: str, platform: str, say: Say, over: Over) -> str:
-    """Return where a model of the hub is; other processes fetch it, for the SDK's download knows no end."""
+    """Return the path of a model of the hub; another process fetches it, for the SDK's download has no timeout."""
     folder = model_folder()
-    # The hub is asked only for what is not kept: whatever ails it, the SDK would not go on without its answer.
+    # The hub is asked only for a missing model: the SDK would wait for its answer for ever.
     done = run_separately(fetch, model, platform, "0", enough=over)
     if done is not None and done.returncode:
         say(f"downloading the pose model {model}, once; it is kept in {folder}")

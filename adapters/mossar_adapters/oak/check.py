@@ -1,4 +1,4 @@
-"""What there is of OAK cameras here, and how their owner can see that everything works."""
+"""The OAK cameras of this computer, and a checklist for their owner."""
 
 import sys
 import time

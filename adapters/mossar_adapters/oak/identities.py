@@ -16,7 +16,7 @@ FORGOTTEN: Final = 2.0  # s; longer than a pause that ends a take, so that a nam
 
 
 class Person(msgspec.Struct):
-    """Somebody who was seen lately.
+    """A person who was seen lately.
 
     Args:
         number: From 1; the lowest that is free at first sight.
@@ -46,7 +46,7 @@ class Identities:
         self._known: list[Person] = []
 
     def follow(self, places: Sequence[NDArray[np.float64]], time: float) -> list[Person | None]:
-        """Return who is at each of the places of one picture; None for those beyond the most.
+        """Return the person at each place of one picture; None for those beyond the most.
 
         The closest pairs of known person and place find each other first. The remaining places are new people, unless no
         known person could be mistaken for them.

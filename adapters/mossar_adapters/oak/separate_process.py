@@ -22,7 +22,7 @@ _ORPHAN: Final = 0.5  # s between two looks at whether the parent is still there
 def run_separately(
     function: Callable[..., None], *arguments: str, enough: Callable[[], bool]
 ) -> "subprocess.CompletedProcess[str] | None":
-    """Run a function in another process of this interpreter; return its status and what it wrote, None if given up.
+    """Run a function in another process of this interpreter; return its status and its output, None if given up.
 
     Ctrl-C is left to this process. The other ends with it, however that happens; on Windows not if it is killed.
 
@@ -69,7 +69,7 @@ def run_separately(
 def _main() -> None:
     """Run the function that the command line names, while the parent process lives."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if sys.platform != "win32":  # where the number of a parent says nothing about its life
+    if sys.platform != "win32":  # where the number of a parent does not show whether it lives
         threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     module, name, *arguments = sys.argv[1:]
     getattr(importlib.import_module(module), name)(*arguments)

@@ -4,15 +4,14 @@ Each person has the 17 joints of COCO and a `pelvis` between the hips, the root.
 right of the picture, +y up, +z towards the camera; the origin is the camera.
 
 A joint is missing (NaN) where the picture has no depth, which the camera reports as (0, 0, 0) at full confidence;
-where the network is less sure than `confidence`, because a hidden joint gets the depth of what hides it; and
+where the network is less sure than `confidence`, because a hidden joint gets the depth of the object before it; and
 farther than `REACH` from the middle of the body, where the depth is that of the wall behind an arm.
 
-What was tested: the SDK itself on the host, with its own messages, queues, matching and depth measurement, fed with
-synthetic depth pictures, and its download of a model from a hub on the same machine. What only a camera can prove, and
-the checklist of `mossar adapters --check oak:` lets its owner look at: that each kind of camera boots, accepts the
-pipeline and reaches its rate, that it stamps depth and pictures with the same clock, that the network's confidence means
-what is taken for granted here, how good real depth is at the edges of a body, and that a camera which was unplugged
-comes back.
+The tests run the SDK itself on the host, with its own messages, queues, matching and depth measurement, fed with
+synthetic depth pictures, and its download of a model from a hub on the same machine. Only a camera can prove the rest,
+which the checklist of `mossar adapters --check oak:` covers: that each kind of camera boots, accepts the pipeline and
+reaches its rate, that it stamps depth and pictures with the same clock, that the network's confidence has the meaning
+assumed here, the quality of real depth at the edges of a body, and that a camera which was unplugged comes back.
 """
 
 import logging
@@ -37,8 +36,8 @@ from mossar_adapters.oak.types import CameraError, CameraLost, OakOptions, Pictu
 from mossar_adapters.source import Meta
 from mossar_stream import FrameError, Frames, Skeleton, performer_name
 
-# Below it the network holds a joint rather for hidden than for visible. Without a floor, hidden joints at the depth of
-# what hides them leave 0.39 of the confirmed key frames where they are, with it 0.96 (F1, clean depth, six takes).
+# Below it the network judges a joint rather hidden than visible. Without a floor, hidden joints at the depth of the object
+# before them leave 0.39 of the confirmed key frames in place, with it 0.96 (F1, clean depth, six takes).
 CONFIDENCE: Final = 0.5
 REACH: Final = 1.5  # m; no joint of a person two metres tall is farther from the middle of the body
 
@@ -49,8 +48,8 @@ REACH: Final = 1.5  # m; no joint of a person two metres tall is farther from th
 DEFAULTS: Final[Mapping[str, object]] = {
     # The jitter of depth adds up in a velocity that sums paths.
     "smoothing": "one_euro",
-    # The filter's own 1.5 Hz and 2 Hz per m/s delay moves: 0.90 and 0.77, and key frames while somebody stands still.
-    # From 2 to 4 Hz and from 8 to 30 Hz per m/s all is as good.
+    # The filter's own 1.5 Hz and 2 Hz per m/s delay moves: 0.90 and 0.77, and key frames while a person stands still.
+    # Values from 2 to 4 Hz and from 8 to 30 Hz per m/s are equally good.
     "one_euro_cutoff": 3.0,
     "one_euro_beta": 8.0,
     # A joint that slips onto a wall a metre behind is faster than that, a punch is not. It matters little: 0.88 with
@@ -86,7 +85,7 @@ Connect = Callable[[OakOptions, Callable[[str], None], Callable[[], bool]], Came
 
 
 class OakCounters(Counters):
-    """What came from the camera: `received` counts pictures, `ignored` people beyond the most.
+    """Counters of the camera: `received` counts pictures, `ignored` people beyond the most.
 
     Args:
         people: People in all pictures.
@@ -207,7 +206,7 @@ class OakSource:
             yield item
 
     def explain(self) -> str:
-        """Return one line that says why there may be no frames."""
+        """Return one line with a likely reason for missing frames."""
         count = self.counters
         text = self._doing and f"{self._doing} (for {time.monotonic() - self._since:.0f} s)"
         if not text and not count.people:
@@ -222,7 +221,7 @@ class OakSource:
         return f"{self.name}: {text}" + (f"; last problem: {count.last_error}" if count.last_error else "")
 
     def close(self) -> None:
-        """Let the camera go; `items` ends soon after. May be called twice, and from any thread."""
+        """Release the camera; `items` ends soon after. May be called twice, and from any thread."""
         again = self._closing.is_set()
         self._closing.set()
         if self._thread.is_alive():
@@ -231,7 +230,7 @@ class OakSource:
             _log.warning("%s: %s; the SDK does not stop at once, please wait", self.name, self._doing)
 
     def _run(self) -> None:
-        """Keep a camera open until the source is closed; what fails here is raised where frames are read."""
+        """Keep a camera open until the source is closed; errors are raised where frames are read."""
         try:
             self._keep_open()
         except Exception as error:  # noqa: BLE001 - handed over
@@ -334,7 +333,7 @@ class OakSource:
 
 
 def clean(found: Floats, confidence: float) -> tuple[Floats, dict[str, NDArray[np.bool_]]]:
-    """Return the joints of a person with y up, and which of them are missing for what reason.
+    """Return the joints of a person with y up, and the missing ones for each reason.
 
     Args:
         found: (17, 4) as in `Picture`: x to the right, y down, z away from the camera, metres, and the confidence.
@@ -345,7 +344,7 @@ def clean(found: Floats, confidence: float) -> tuple[Floats, dict[str, NDArray[n
         (17,) masks `no_depth`, `unsure` and `far_off`.
     """
     pose = found * (1.0, -1.0, -1.0, 1.0)
-    pose[pose[:, 3] < 0, 3] = 1.0  # the network does not say how sure it is
+    pose[pose[:, 3] < 0, 3] = 1.0  # the network gives no confidence
     no_depth = ~(np.isfinite(found).all(1) & (found[:, 2] > 0))
     unsure = ~no_depth & (pose[:, 3] < confidence)
     pose[no_depth | unsure] = np.nan
@@ -359,7 +358,7 @@ def clean(found: Floats, confidence: float) -> tuple[Floats, dict[str, NDArray[n
 
 
 def _place(pose: Floats) -> Floats:
-    """Return where a person is, (3,) metres: between the hips, or in the middle of the joints that are present."""
+    """Return the place of a person, (3,) metres: between the hips, or in the middle of the joints that are present."""
     hips: Floats = pose[_HIPS, :3].mean(0)
     return hips if np.isfinite(hips).all() else np.nanmedian(pose[:, :3], axis=0)
 

@@ -11,7 +11,7 @@ class CameraError(MossarError):
     """The camera cannot be used; the message has the reason and the remedy."""
 
 
-class CameraLost(CameraError):  # noqa: N818 - it is what happened
+class CameraLost(CameraError):  # noqa: N818 - it names the event
     """A camera that worked no longer answers."""
 
 
@@ -21,8 +21,8 @@ class OakOptions(msgspec.Struct, frozen=True):
     Args:
         model: Name at the maker's hub or path of an archive; empty for the platform's usual one.
         device: Id, address or USB port of one camera; empty for the first one found.
-        fps: Pictures per second; None for what the platform's usual model reaches.
-        unit: Unit of the coordinates; `auto` believes the messages.
+        fps: Pictures per second; None for the rate of the platform's usual model.
+        unit: Unit of the coordinates; `auto` uses that of the messages.
     """
 
     model: str = ""

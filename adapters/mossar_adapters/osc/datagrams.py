@@ -1,4 +1,4 @@
-"""A UDP socket that keeps up: a large buffer, whole reads, true counts of what the system dropped.
+"""A UDP socket that keeps up: a large buffer, whole reads, true counts of dropped datagrams.
 
 On Linux the kernel reports its drops and the arrival time with each datagram; elsewhere the drops stay 0 and
 the time of reading is taken.
@@ -29,7 +29,7 @@ _drops, _moment = struct.Struct("=I"), struct.Struct("=qq")  # of datagrams; s a
 
 
 class Datagram(msgspec.Struct, frozen=True):
-    """What came in one piece: the bytes, the sender's host and port, and when (s since the socket opened)."""
+    """A datagram: the bytes, the sender's host and port, and the time of arrival (s since the socket opened)."""
 
     data: bytes
     host: str
@@ -59,7 +59,7 @@ class DatagramSocket:
 
     @property
     def opened(self) -> float:
-        """When our clock was 0, monotonic s."""
+        """Time at which our clock was 0, monotonic s."""
         return self._opened
 
     @property
@@ -72,9 +72,9 @@ class DatagramSocket:
         return bool(self._selector.select(0))
 
     def receive(self, seconds: float) -> list[Datagram]:
-        """Return what has come, at most `DRAIN` datagrams; wait for the first of them for `seconds`.
+        """Return the datagrams that have come, at most `DRAIN`; wait for the first of them for `seconds`.
 
-        All are read before any is looked at, so that a stall of this program does not fill the system's buffer.
+        All are read before any is decoded, so that a stall of this program does not fill the system's buffer.
         """
         found: list[_Read] = []
         emptied = self._emptied
@@ -89,7 +89,7 @@ class DatagramSocket:
             except ConnectionError:  # Windows reports here that an earlier answer of ours had no receiver
                 continue
             except OSError as error:
-                if error.errno == errno.EMSGSIZE:  # Windows again, for what does not fit
+                if error.errno == errno.EMSGSIZE:  # Windows again, for too long a datagram
                     continue
                 raise
             if not found:
@@ -142,7 +142,7 @@ class _Read(NamedTuple):
 
 
 def _ahead() -> float:
-    """Return how far the system's clock is ahead of the monotonic one, s."""
+    """Return the lead of the system's clock over the monotonic one, s."""
     # A program that is interrupted between two looks would be off by as long, and frames out of order.
     looks = []
     for _ in range(_LOOKS):
@@ -201,10 +201,10 @@ def _enlarged(opened: socket.socket) -> int:
         try:
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, size)
             break
-        except OSError:  # macOS refuses what is above its limit instead of granting less
+        except OSError:  # macOS refuses a size above its limit instead of granting less
             continue
     granted = opened.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
-    return granted // 2 if _LINUX else granted  # Linux reports twice what it grants
+    return granted // 2 if _LINUX else granted  # Linux reports twice the granted size
 
 
 def _ask(opened: socket.socket) -> bool:

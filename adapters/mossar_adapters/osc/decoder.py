@@ -33,7 +33,7 @@ class OscDecoder:
     """Turns datagrams into metas, frames and departures.
 
     The caller hands datagrams over in the order of arrival. While `pending` is true and nothing more waits to be read,
-    it soon calls `idle`: most protocols do not say where a frame ends.
+    it soon calls `idle`: most protocols do not mark the end of a frame.
 
     Args:
         address: `osc://HOST:PORT?profile=…`, for its options.
@@ -101,11 +101,11 @@ class OscDecoder:
         return self._batch.take(math.inf)
 
     def came(self, performer: str) -> float | None:
-        """Return when the latest frame of a performer arrived, s on the clock of the datagrams; None if there is none."""
+        """Return the arrival of a performer's latest frame, s on the clock of the datagrams; None if there is none."""
         return self._batch.came(performer)
 
     def fitting(self, address: str) -> str:
-        """Return which profile an OSC address fits, for people to read; also if another one was chosen."""
+        """Return the profile that an OSC address fits, for messages; also if another one was chosen."""
         message = Message(address, (), "", 0.0)
         fitting = self._routes.find(message) or self._others.find(message)
         if fitting is None:
@@ -155,7 +155,7 @@ class OscDecoder:
         return False
 
     def _collect(self, found: Items, address: str = "idle") -> bool:
-        """Batch what a profile found; return whether all of it could be used."""
+        """Batch the items of a profile; return whether all of them could be used."""
         sound = True
         for item in found:
             try:

@@ -13,7 +13,7 @@ def encode(address: str, tags: str, *arguments: float | str | bytes) -> bytes:
     Args:
         address: With the leading slash.
         tags: One letter of `ifdhsb` per argument.
-        arguments: Numbers are converted to what their tag says; integers are kept within 32 bits.
+        arguments: Numbers are converted by their tag; integers are kept within 32 bits.
 
     Example:
         >>> encode("/a", "si", "hi", 7)

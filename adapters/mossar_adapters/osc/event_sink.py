@@ -62,7 +62,7 @@ _Timed = KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent | FollowEvent 
 
 
 class _Layout(NamedTuple):
-    """How the events of a kind become messages: fields with whether they are times, and OSC's tags."""
+    """The messages of one kind of event: fields with whether they are times, and OSC's tags."""
 
     kind: str
     fields: tuple[tuple[str, bool], ...]
@@ -104,7 +104,7 @@ class OscSink:
         """Do nothing: the messages name their performer."""
 
     def begin_take(self, performer: str, take: int, time: float) -> None:
-        """Take note of when a take began.
+        """Note when a take began.
 
         Without this call the beginning is reckoned from the frame number and time of the take's first event.
 
@@ -168,7 +168,7 @@ class OscSink:
 
 
 def _reckoned(event: _Timed) -> float:
-    """Return when frame 0 was, going back from two frames at their mean rate; a move or activity knows no frames."""
+    """Return the time of frame 0, from two frames at their mean rate; a move or activity has no frame numbers."""
     if isinstance(event, MoveEvent | FollowEvent | PoseEvent | ActivityEvent):
         return event.start
     if isinstance(event, StepEvent):

@@ -65,7 +65,7 @@ class OscFrameSink:
         return self._sender.dropped
 
     def announce(self, meta: Meta) -> None:
-        """Take note of a performer."""
+        """Note a performer."""
         self._metas[meta.performer] = meta
         self._repeated.pop(meta.performer, None)
 
@@ -91,7 +91,7 @@ class OscFrameSink:
 class VmcFrameSink:
     """Sends humanoid bones; implements `FrameSink`, and sends rotations where the recording has them.
 
-    One sink sends one performer: VMC has no ids, receivers tell avatars apart by port.
+    One sink sends one performer: VMC has no ids, receivers distinguish avatars by port.
 
     Args:
         address: `osc://HOST:PORT?profile=vmc`.
@@ -112,7 +112,7 @@ class VmcFrameSink:
         return self._sender.dropped
 
     def announce(self, meta: Meta) -> None:
-        """Take note of the performer; the first one is sent.
+        """Note the performer; the first one is sent.
 
         Raises:
             MossarError: If its joints are not called like those of a humanoid.
@@ -122,7 +122,7 @@ class VmcFrameSink:
             self._bones = PositionBones(meta.skeleton)
 
     def announce_motion(self, motion: JointMotion) -> None:
-        """Take note of a recording with rotations; its chunks go to `send_motion`.
+        """Note a recording with rotations; its chunks go to `send_motion`.
 
         Raises:
             MossarError: If its joints are not called like those of a humanoid.
@@ -139,7 +139,7 @@ class VmcFrameSink:
                 self._sender.send(data)
 
     def send_motion(self, chunk: MotionChunk) -> None:
-        """Send rotations, and positions unless the URL says otherwise."""
+        """Send rotations, and positions unless the URL excludes them."""
         if self._turning is None:
             raise ValueError("announce_motion comes before send_motion")
         pose = self._turning.pose(chunk)

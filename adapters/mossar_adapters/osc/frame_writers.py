@@ -1,4 +1,4 @@
-"""How each OSC profile writes a frame of joint positions.
+"""Writers of a frame of joint positions, one for each OSC profile.
 
 A writer turns one frame into messages; the sink bundles and sends them.
 """

@@ -13,7 +13,7 @@ from mossar_adapters.osc.profiles.profile import Message
 
 _KEPT: Final = 512  # messages
 _LONGEST: Final = 256  # characters of an address
-_ARGUMENTS: Final = 16  # of a message that are looked at
+_ARGUMENTS: Final = 16  # of a message that are compared
 _FEWEST: Final = 3  # joints, and numbers of one
 _FLAT: Final = 9  # numbers that may be a whole pose
 _MOST_PEOPLE: Final = 16
@@ -29,7 +29,7 @@ class _Seen(msgspec.Struct):
 
     @property
     def kind(self) -> tuple[int, str, int]:
-        """What messages of one kind share: depth of the address, types and number of arguments."""
+        """The common part of messages of one kind: depth of the address, types and number of arguments."""
         return len(self.parts), "".join(map(_letter, self.arguments)), self.count
 
 
@@ -48,7 +48,7 @@ class Hints:
         self._seen: deque[_Seen] = deque(maxlen=_KEPT)
 
     def add(self, message: Message) -> None:
-        """Take note of a message that no profile wants."""
+        """Note a message that no profile wants."""
         if len(message.address) <= _LONGEST:
             first = tuple(message.arguments[:_ARGUMENTS])
             self._seen.append(_Seen(tuple(message.address.split("/")), first, len(message.arguments)))
@@ -87,7 +87,7 @@ def _flat(alike: Sequence[_Seen]) -> str | None:
 
 
 def _pattern(alike: Sequence[_Seen], varied: Sequence[int], letters: str) -> str | None:
-    """Return the address with placeholders for what varies in it."""
+    """Return the address with placeholders for its varying parts."""
     parts = list(alike[0].parts)
     distinct = {i: len({seen.parts[i] for seen in alike}) for i in varied}
     joint = None if "j" in letters else max(varied, key=lambda i: (distinct[i], i))
@@ -99,7 +99,7 @@ def _pattern(alike: Sequence[_Seen], varied: Sequence[int], letters: str) -> str
 
 
 def _around(values: Sequence[str], placeholder: str) -> str:
-    """Return the placeholder with what all values begin with, up to a separator: `skeleton_{joint}`."""
+    """Return the placeholder behind the common begin of all values, up to a separator: `skeleton_{joint}`."""
     shared = min(values)
     while shared and not all(value.startswith(shared) and len(value) > len(shared) for value in values):
         shared = shared[:-1]
@@ -107,7 +107,7 @@ def _around(values: Sequence[str], placeholder: str) -> str:
 
 
 def _letters(alike: Sequence[_Seen], *, named: bool) -> str | None:
-    """Return what the arguments are, as `args` has it; None if there is no place or, where it must be, no name in them.
+    """Return the option `args` for the arguments; None if they lack a place or, where it must be, a name.
 
     Args:
         alike: Messages of one kind.
@@ -135,7 +135,7 @@ def _letters(alike: Sequence[_Seen], *, named: bool) -> str | None:
 
 
 def _place(columns: Sequence[Sequence[Any]], turns: Collection[int]) -> int | None:
-    """Return where three coordinates stand: floats if there are three in a row, else other numbers.
+    """Return the place of three coordinates: floats if there are three in a row, else other numbers.
 
     Args:
         columns: Arguments of messages of one kind.
@@ -163,7 +163,7 @@ def _turns(columns: Sequence[Sequence[Any]]) -> set[int]:
 
 
 def _joint(columns: Sequence[Sequence[Any]]) -> int | None:
-    """Return where the name of a joint stands: a text, or else a whole number of many that come again."""
+    """Return the place of a joint's name: a text, or else a whole number of many that come again."""
     texts = [i for i, column in enumerate(columns) if isinstance(column[0], str)]
     joint = max(texts, key=lambda i: len(set(columns[i])), default=None)
     if joint is not None:
@@ -186,7 +186,7 @@ def _is_clock(column: Sequence[Any]) -> bool:
 
 
 def _is_person(column: Sequence[Any]) -> bool:
-    """Return whether a column may say whose a joint is: few whole numbers or words, which come again, unlike counters."""
+    """Return whether a column may name the performer of a joint: few whole numbers or words, which come again, unlike counters."""
     values = set(column)
     whole = all(isinstance(value, int | str) for value in column)
     return whole and len(values) <= _MOST_PEOPLE and (len(values) == 1 or _comes_again(column))

@@ -135,7 +135,7 @@ def _message(packet: bytes) -> tuple[str, Sequence[Any]]:
 
 
 class _Layout(NamedTuple):
-    """What address and tags of a message say.
+    """The layout of a message by its address and tags.
 
     Args:
         address: With the leading slash, if the sender gives one.
@@ -168,7 +168,7 @@ def _layout(header: bytes, tags_at: int) -> _Layout:
 
 
 def _struct(run: str) -> struct.Struct:
-    """Return what reads a run of numbers; `>150f` takes 30 bytes, `>ffff...` would take as many for each number."""
+    """Return the reader of a run of numbers; `>150f` takes 30 bytes, `>ffff...` would take as many for each number."""
     counted = re.sub(r"(.)\1*", lambda found: f"{len(found[0])}{found[1]}", run)
     return struct.Struct(">" + counted.replace("h", "q"))
 

@@ -31,7 +31,7 @@ class DatagramSender:
         """Send a datagram and return whether the system took it."""
         try:
             self._socket.sendto(data, self._place)
-        except OSError:  # nobody listens, no route, no room: UDP promises nothing
+        except OSError:  # no listener, no route, no room: UDP promises nothing
             self.dropped += 1
             return False
         return True

@@ -87,7 +87,7 @@ class OscSource:
         return found
 
     def came(self, performer: str) -> float | None:
-        """Return when the latest frame of a performer began to arrive, monotonic s; None if that is not known."""
+        """Return the time at which a performer's latest frame began to arrive, monotonic s; None if unknown."""
         arrival = self.decoder.came(performer)
         return None if arrival is None else self._socket.opened + arrival
 

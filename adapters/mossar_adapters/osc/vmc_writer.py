@@ -1,4 +1,4 @@
-"""How VMC writes a frame: local transforms of humanoid bones, bundled as the reference sender does it."""
+"""Writer of VMC frames: local transforms of humanoid bones, bundled like those of the reference sender."""
 
 from collections.abc import Mapping
 from typing import TypeVar

@@ -1,7 +1,7 @@
 """Assignment: people and slots, each person in a slot of its own or in none, so that the sum of the costs is least.
 
 The assignment is found by shortest augmenting paths (Jonker and Volgenant, Computing 38, 1987), n² · m steps for n
-people and m slots. What one choice costs the others is the length of a shortest path, too: the person in
+people and m slots. The cost of one choice for the others is the length of a shortest path, too: the person in
 that slot goes to another, and so on, until the slot is reached that the choice has left (Floyd and Warshall, m³ steps).
 """
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 
 def left_to_others(costs: NDArray[np.float64], none: float) -> NDArray[np.float64]:
-    """Return how much more the others cost if a person takes a slot, beside what they cost in the best assignment.
+    """Return the rise of the others' cost over the best assignment if a person takes a slot.
 
     Args:
         costs: (n, m), of each person in each slot; infinite where it cannot be.
@@ -78,7 +78,7 @@ def _augment(
 
 
 def _ways(costs: NDArray[np.float64], none: float, columns: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return what it costs to free one slot if another is left, (m + 1, m + 1); the last stands for none.
+    """Return the costs of freeing one slot if another is left, (m + 1, m + 1); the last stands for none.
 
     From a slot its person goes to another one, or to none. An empty slot is free already, and one that is left may
     stay empty.

@@ -15,10 +15,10 @@ from mossar_stream import Skeleton
 JUMP: Final = 0.1  # m
 QUICK: Final = 3.0  # m/s
 PAUSE: Final = 0.25  # s without frames after which a person may be somewhere else
-_LATE: Final = 2.5  # times as long as usual between two frames: somebody else may have the id now
+_LATE: Final = 2.5  # times as long as usual between two frames: another person may have the id now
 _SMOOTH: Final = 0.1  # share of each new time between frames
 _MARK: Final = 0.15  # s between two poses that a velocity is taken of
-_FASTEST: Final = 2.5  # m/s of a whole body; what is more is noise
+_FASTEST: Final = 2.5  # m/s of a whole body; more is noise
 
 
 class Body:
@@ -52,7 +52,7 @@ class Body:
         self.name = name
         self.number = number
         self.id: str | None = None  # the sender's, at present or last
-        self.met: int = 0  # how many people were met before this one; 0 while the slot was never used
+        self.met: int = 0  # number of people met before this one; 0 while the slot was never used
         self.pinned = False  # whether the slot is kept for this person, however long it is away
         self.time = -np.inf  # s, when last seen
         self.pose: NDArray[Any] = np.zeros((0, 3))  # (J, 3) metres, each joint where it was seen last
@@ -130,7 +130,7 @@ class Body:
         else:
             seen = ~np.isnan(step)
             if not seen.any():
-                return True  # nobody is in the frame: the person may be anywhere soon
+                return True  # no joint is in the frame: the person may be anywhere soon
             known = step[seen]
             if np.dot(known, known) > limit * limit * (len(known) / 3):
                 return False
@@ -157,7 +157,7 @@ class Body:
         return True
 
     def _keep(self, positions: NDArray[Any], times: list[float]) -> None:
-        """Take note of two or more frames that go on."""
+        """Note two or more frames that go on."""
         last = times[-1]
         while last >= self._mark_due:
             i = bisect_left(times, self._mark_due)
@@ -173,7 +173,7 @@ class Body:
         self._mark, self._mark_time, self._mark_due = pose, time, time + _MARK
 
     def velocity(self) -> NDArray[np.float64]:
-        """Return how fast the whole body went when it was last seen, (3,) m/s."""
+        """Return the last known velocity of the whole body, (3,) m/s."""
         span = self.time - self._older_time
         if span <= 0:
             return np.zeros(3)

@@ -1,8 +1,8 @@
-"""Likeness: how much speaks against a newcomer being the person of a slot, by place and by the lengths of bones.
+"""Likeness: the evidence against a newcomer being the person of a slot, by place and by the lengths of bones.
 
-Negative log likelihoods, of which the smallest wins and differences say how clearly. Place: the distance to where the
-person would be expected, which is known the worse the longer nobody has seen the person; after `LOST` not at all.
-Bones: the medians of both, as shares of the length, beside what the poses of one person vary by.
+Negative log likelihoods: the smallest wins, and the difference is its certainty. Place: the distance from the expected
+place, which becomes less certain the longer the person is out of sight, and unknown after `LOST`. Bones: the medians of
+both, as shares of the length, beside their variation over the poses of one person.
 """
 
 from collections.abc import Sequence
@@ -16,16 +16,16 @@ from mossar_adapters.people.newcomer import Newcomer
 from mossar_adapters.people.samples import Bones, median
 from mossar_stream import Skeleton
 
-LOST: Final = 2.0  # s after which the place says nothing any more
+LOST: Final = 2.0  # s after which the place is no evidence any more
 # The rest was fitted with `python -m checks.people`, on scenes of other seeds than those of docs/people.md.
-_NEAR: Final = 0.08  # m that a place is off by at once
-_WANDER: Final = 0.7  # m/s that is added while nobody sees the person
+_NEAR: Final = 0.08  # m, error of a place at once
+_WANDER: Final = 0.7  # m/s, added to it while the person is out of sight
 _REACH: Final = 0.4  # m
 _AHEAD: Final = 0.6  # s that a person is expected to walk on
 _STRIDE: Final = 4.0  # m/s; a body farther away than these two allow is another person
 _ANYWHERE: Final = 0.93  # of a newcomer on a stage of 4 m by 4 m, as a density
 _INDEPENDENT: Final = 8.0  # bones that count as independent of each other
-# What speaks against a stranger for each of them; the same person has 0.6 in the median.
+# Evidence against a stranger for each of them; the same person has 0.6 in the median.
 _STRANGE: Final = 1.1
 _POSTURE: Final = 0.04  # that the median length of a bone differs by from one posture of a person to the next
 _BLUR: Final = 0.015  # m that the length of any bone is off by, which matters for short ones
@@ -47,12 +47,12 @@ class Likeness:
     def against(
         self, newcomers: Sequence[Newcomer], bodies: Sequence[Body], owners: Sequence[Body | None]
     ) -> NDArray[np.float64]:
-        """Return what speaks against each newcomer being each body's person, (n, m); infinite if it cannot be.
+        """Return the evidence against each newcomer being each body's person, (n, m); infinite if it cannot be.
 
         Args:
             newcomers: n of them.
             bodies: m of them, the noise of whose bones is estimated from all.
-            owners: The body that has each newcomer's id, of which a place farther off than anybody gets says little.
+            owners: The body that has each newcomer's id; for it, a place out of reach is weak evidence.
         """
         places = _Places(bodies)
         found = np.array([places.against(one) for one in newcomers])
@@ -69,8 +69,8 @@ class Likeness:
     def _against_bones(
         self, newcomers: Sequence[Newcomer], skeleton: Skeleton | None, bodies: Sequence[Body]
     ) -> NDArray[np.float64]:
-        """Return what the lengths of bones say against newcomers of one skeleton, (n, m)."""
-        found = np.full((len(newcomers), len(bodies)), _INDEPENDENT * _STRANGE)  # says nothing
+        """Return the evidence of the lengths of bones against newcomers of one skeleton, (n, m)."""
+        found = np.full((len(newcomers), len(bodies)), _INDEPENDENT * _STRANGE)  # no evidence
         alike = [k for k, body in enumerate(bodies) if body.skeleton == skeleton and len(body.samples)]
         if skeleton is None or not alike:
             return found
@@ -94,7 +94,7 @@ class Likeness:
         return known
 
     def _noise(self, bones: Bones, skeleton: Skeleton, bodies: Sequence[Body]) -> NDArray[np.float64]:
-        """Return what each bone of one person varies by, as a share, (B,)."""
+        """Return the variation of each bone of one person, as a share, (B,)."""
         known = [b.samples for b in bodies if b.skeleton == skeleton and len(b.samples) >= _FEW]
         if not known:
             return np.full(len(bones.outer), _NOISE)
@@ -107,7 +107,7 @@ class Likeness:
 
 
 class _Places:
-    """Where people are expected, so that newcomers can be compared with all of them at once.
+    """Expected places of people, so that newcomers can be compared with all of them at once.
 
     Args:
         bodies: m of them.
@@ -120,7 +120,7 @@ class _Places:
         self._middles = np.array([centre(body.pose) for body in bodies])  # (m, 3) metres
 
     def against(self, newcomer: Newcomer) -> NDArray[np.float64]:
-        """Return what the place says against a newcomer being each body, (m,); infinite if nobody gets there so soon."""
+        """Return the evidence of the place against a newcomer being each body, (m,); infinite if it is out of reach."""
         gaps = np.maximum(newcomer.first - self._times, 0.0)
         moved = self._moved(gaps)
         distances = self._distances(newcomer, moved)
@@ -134,26 +134,26 @@ class _Places:
         return np.asarray(np.where(gaps > LOST, _spread(LOST) + 0.5, found))
 
     def farther(self, newcomer: Newcomer, owner: Body) -> NDArray[np.bool_]:
-        """Return which bodies are expected farther from a newcomer than the one that has its id, (m,).
+        """Return the bodies that are expected farther from a newcomer than the one that has its id, (m,).
 
-        Somebody who was lost long ago may be anywhere, but not in the place of another.
+        A person who was lost long ago may be anywhere, but not in the place of another.
         """
         gaps = np.maximum(newcomer.first - self._times, 0.0)
         distances = np.where(gaps > LOST, _REACH, self._distances(newcomer, self._moved(gaps)))
         return np.asarray(distances > distances[self._bodies.index(owner)])
 
     def _moved(self, gaps: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how far bodies went that were not seen for so long (s), (m, 3) metres."""
+        """Return the expected way of bodies that were not seen for so long (s), (m, 3) metres."""
         return self._velocities * np.minimum(gaps, _AHEAD)[:, None]
 
     def _distances(self, newcomer: Newcomer, moved: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how far the middle of a newcomer is from those of bodies that went so far, (m,) metres."""
+        """Return the distances of a newcomer's middle from those of the moved bodies, (m,) metres."""
         away = centre(newcomer.seen) - (self._middles + moved)
         return np.asarray(np.sqrt(np.einsum("mk,mk->m", away, away)))
 
 
 def _apart(pose: NDArray[Any], there: NDArray[Any]) -> float:
-    """Return how far the joints of two poses are apart, root mean square, m; NaN if none is in both."""
+    """Return the distance of the joints of two poses, root mean square, m; NaN if none is in both."""
     steps = pose - there
     squares = np.einsum("jk,jk->j", steps, steps)
     squares = squares[~np.isnan(squares)]  # ten times as fast as `np.nanmean` on few numbers

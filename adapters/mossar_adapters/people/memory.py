@@ -1,6 +1,6 @@
 """Memory: the people of slots as bytes, for a run that goes on after it was cut short.
 
-Ids, pins, the lengths of bones and the places where people were seen last are kept. Newcomers that are looked at are
+Ids, pins, the lengths of bones and the places where people were seen last are kept. Undecided newcomers are
 not: they are newcomers again.
 """
 
@@ -53,8 +53,8 @@ class Memory(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         now: Time of the latest frame, s.
         met: People so far.
         reuses: Whether an id went from one person to another.
-        former: Which person had an id last: `Person.met`.
-        chosen: Number of the one who has the only slot.
+        former: The person who had each id last: `Person.met`.
+        chosen: Number of the person in the only slot.
         slots: Those that were used.
     """
 
@@ -72,7 +72,7 @@ class Memory(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @classmethod
     def from_bytes(cls, data: bytes) -> "Memory":
-        """Return the memory in bytes, which may come from anybody.
+        """Return the memory in bytes, which may come from an unknown source.
 
         Raises:
             SnapshotError: If it is none.
@@ -110,7 +110,7 @@ def person_of(body: Body) -> Person:
 
 
 def put_person(body: Body, person: Person) -> None:
-    """Put a person who was kept into a body that was never used."""
+    """Put a remembered person into a body that was never used."""
     body.id, body.met, body.pinned = person.id, person.met, person.pinned
     body.begin(_poses(person.pose, person.joints)[0], person.time, person.skeleton)
     body.samples = Samples.of(_poses(person.samples, person.joints), person.joints)

@@ -15,7 +15,7 @@ class Newcomer(msgspec.Struct):
     id: str
     first: float  # s
     last: float
-    due: float  # s, when it is looked at next
+    due: float  # s, time of the next comparison
     samples: Samples
     seen: NDArray[Any]  # (J, 3) metres, at first
     pose: NDArray[Any]  # now

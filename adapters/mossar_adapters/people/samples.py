@@ -83,7 +83,7 @@ class Samples:
         self.due += seconds
 
     def summary(self, bones: Bones) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the medians of the log lengths, (B,), and what they vary by, (B,); NaN for bones never seen."""
+        """Return the medians of the log lengths, (B,), and their variation, (B,); NaN for bones never seen."""
         if self._summary is None or self._summary[0] is not bones:
             lengths = bones.lengths(self._poses[: len(self)])
             middle = median(lengths)

@@ -1,7 +1,7 @@
-"""Slot table: what slots remember.
+"""Slot table: the memory of slots.
 
-Of each slot: the body in it, the sender's id, whether it is pinned. Of ids: who had each last, and whether this tracker was
-ever seen to give one to another person. Where there is one slot, for the nearest or first: whose it is.
+Of each slot: the body in it, the sender's id, whether it is pinned. Of ids: the last person of each, and whether this tracker
+was ever seen to give one to another person. If there is one slot, for the nearest or first: its person.
 """
 
 from collections import OrderedDict, deque
@@ -24,7 +24,7 @@ MOST_IDS: Final = 256  # ids that are remembered
 
 How = Literal["new", "place", "lengths", "swap", "chosen", "asked", "refused"]
 
-_CANDIDATES: Final = 16  # people who are told apart for the sake of the nearest or first
+_CANDIDATES: Final = 16  # people who are distinguished to find the nearest or first
 _CHANGES: Final = 256
 _NEARER: Final = 0.3  # m by which another must be nearer, so that two beside each other do not take turns
 SET: Final = 0.1  # s that pass while a clock is set back
@@ -38,8 +38,8 @@ class Change(msgspec.Struct, frozen=True):
         id: The sender's.
         time: s.
         how: Why.
-        away: How long the slot's person was not seen, s.
-        another: Whether it is another person than the one who was in the slot.
+        away: Time for which the slot's person was not seen, s.
+        another: Whether it is another person than the last one in the slot.
     """
 
     slot: str
@@ -51,12 +51,12 @@ class Change(msgspec.Struct, frozen=True):
 
 
 class SlotTable:
-    """Who is in which slot, and who was.
+    """The present and the last person of each slot.
 
     Args:
         people: How many slots; `"nearest"` or `"first"`: one, for the person nearest to the origin, or for the one that came
             first and is still there.
-        remember: How long an absent person keeps its slot from being given to others as if it were new, s.
+        remember: Time for which an absent person keeps its slot, s; then others get it as a new one.
 
     Raises:
         SettingsError: If there cannot be so many, or `remember` is no number from 0.
@@ -69,7 +69,7 @@ class SlotTable:
         count = self.people if isinstance(self.people, int) else _CANDIDATES
         self._bodies = [Body(f"p{i + 1}", i) for i in range(count)]
         self._ids: dict[str, Body] = {}
-        self._former: OrderedDict[str, int] = OrderedDict()  # who had an id last: `Body.met`
+        self._former: OrderedDict[str, int] = OrderedDict()  # last person of each id: `Body.met`
         self._reuses = False  # whether an id was seen to go from one person to another
         self._met = 0  # people so far
         self._chosen: Body | None = None
@@ -114,13 +114,13 @@ class SlotTable:
         return bool(self._changes)
 
     def changes(self) -> list[Change]:
-        """Return what changed since the last call."""
+        """Return the changes since the last call."""
         found = list(self._changes)
         self._changes.clear()
         return found
 
     def to_bytes(self) -> bytes:
-        """Return what is known of people, for `recall`."""
+        """Return the memory of people, for `recall`."""
         chosen = None if self._chosen is None else self._chosen.number
         former = dict(self._former)
         people = persons_of(self._bodies)
@@ -128,7 +128,7 @@ class SlotTable:
         return Memory(self.people, now, self._met, self._reuses, former, chosen, people).to_bytes()
 
     def recall(self, data: bytes) -> None:
-        """Go on with the people of an earlier run; `restart` says when. Slots beyond those of now are left out.
+        """Continue with the people of an earlier run; `restart` sets the time. Slots beyond the present number are left out.
 
         Raises:
             SnapshotError: If the bytes are damaged, or the only slot was for others.
@@ -150,7 +150,7 @@ class SlotTable:
         self._now = memory.now if memory.slots else -np.inf
 
     def restart(self, time: float, passed: float = SET) -> float:
-        """Go on with a clock that was set back to a time (s); return by how much, s.
+        """Go on with a clock that was set back to a time (s); return the shift, s.
 
         Args:
             time: s, on the new clock.
@@ -167,7 +167,7 @@ class SlotTable:
         return seconds
 
     def leave(self, ident: str) -> None:
-        """Take note that a tracker has given an id up."""
+        """Note that a tracker has given an id up."""
         self._ids.pop(ident, None)
 
     def resize(self, people: int) -> None:
@@ -203,10 +203,10 @@ class SlotTable:
                 self._changes.append(Change(body.name, body.id or "", self._now, "asked", another=True))
 
     def pin(self, slot: str, *, pinned: bool = True) -> None:
-        """Keep a slot for the person who is in it, however long it is away; or no longer.
+        """Keep a slot for its person, however long that person is away; or no longer.
 
         Raises:
-            SettingsError: If there is no such slot, or nobody was in it.
+            SettingsError: If there is no such slot, or no person was in it.
         """
         body = self._slot(slot)
         if not body.used:
@@ -241,11 +241,11 @@ class SlotTable:
         """Put a newcomer into a slot.
 
         Args:
-            newcomer: Who.
-            body: Whose slot it gets.
+            newcomer: The newcomer.
+            body: The body whose slot it gets.
             time: s.
-            how: Why.
-            another: Whether it is another person than the one who was in the slot.
+            how: The reason.
+            another: Whether it is another person than the last one in the slot.
         """
         before, away = body.id, newcomer.first - body.time if body.used else 0.0
         if before is not None and self._ids.get(before) is body:
@@ -271,7 +271,7 @@ class SlotTable:
             self._changes.append(msgspec.structs.replace(change, slot=CHOSEN))
 
     def _learn_of(self, ident: str, body: Body) -> None:
-        """Take note of who has an id: a tracker that gives an id to another person may do so again."""
+        """Note the person of an id: a tracker that gives an id to another person may do so again."""
         if self._former.get(ident, body.met) != body.met:
             self._reuses = True
         self._former[ident] = body.met
@@ -289,7 +289,7 @@ class SlotTable:
         return CHOSEN
 
     def _choose(self, time: float) -> None:
-        """See who is nearest, or first."""
+        """Choose the nearest, or first, person."""
         there = [body for body in self._bodies if body.used and time - body.time <= PAUSE]
         chosen = self._chosen
         if self._chooses == "first":

@@ -5,12 +5,12 @@ give a free id to another person. A slot follows the body instead:
 
 - An id that goes on from frame to frame keeps its slot. If its pose leaps to where another person was, and that
   person is not there, the slots follow the bodies.
-- An id that is new, or was away, is compared with everybody who is missing: by place for two seconds, by the lengths
-  of the bones for as long as a person is remembered. If two are about equally likely, the newcomer is looked at
-  for up to two seconds. If it is a new person, it gets a free slot.
+- An id that is new, or was away, is compared with all missing people: by place for two seconds, by the lengths of the
+  bones for as long as a person is remembered. If two are about equally likely, the newcomer is observed for up to
+  two seconds. If it is a new person, it gets a free slot.
 - Where all slots are taken it is refused.
 
-`SlotTable` is what slots remember; `Slots` decides who may be who.
+`SlotTable` is the memory of slots; `Slots` assigns people to them.
 """
 
 from collections import OrderedDict
@@ -41,19 +41,19 @@ UNDECIDED: Final = None  # instead of a slot
 
 _AGAIN: Final = 0.25  # s between two looks at a refused id
 _LOOK: Final = 0.1  # s between two looks at an id that is not decided
-_WATCHED: Final = 2.0  # s that a newcomer is looked at
+_WATCHED: Final = 2.0  # s for which a newcomer is observed
 _CLEAR: Final = 4.0  # by which the likeliest must be ahead: 50 to 1
 _KNOWN: Final = 4.0  # against a stranger with a known id, of a tracker that was never seen to reuse one
 _KEPT: Final = 1.0  # for the person who had the id less than `LOST` ago, of such a tracker
-_TOGETHER: Final = 4  # others who are looked at, and decided on together with the newcomers of a moment
+_TOGETHER: Final = 4  # other observed people who are decided on together with the newcomers of a moment
 _FAITHFUL: Final = 3.0  # by which another slot must be likelier than one's own
-_UNLIKELY: Final = 3.0  # against strangers while somebody is missed for less than `LOST`
+_UNLIKELY: Final = 3.0  # against strangers while a person is missed for less than `LOST`
 _EXACT: Final = 1e-9  # s
 BACK: Final = 1.0  # s; a step back beyond it is another clock
 
 
 class _Option(NamedTuple):
-    """Who a newcomer may be: what speaks against it, and in which slot; `stranger` for somebody new there."""
+    """A possible person of a newcomer: the evidence against it, and the slot; `stranger` for a new person there."""
 
     against: float
     number: int
@@ -62,15 +62,15 @@ class _Option(NamedTuple):
 
 
 class Slots(SlotTable):
-    """Gives people slots `p1` to `pN`, whatever ids a tracker gives them.
+    """Gives people slots `p1` to `pN`, independent of the tracker's ids.
 
     Poses come in the order of their times. Memory is fixed by the number of slots.
 
     Args:
         people: How many; `"nearest"`: one slot, for the person nearest to the origin; `"first"`: one, for the one that
             came first and is still there.
-        remember: How long an absent person keeps its slot from being given to others as if it were new, s.
-        watch: How long a newcomer is looked at if it could be several, s; 0 decides at first sight.
+        remember: Time for which an absent person keeps its slot, s; then others get it as a new one.
+        watch: Time for which an ambiguous newcomer is observed, s; 0 decides at first sight.
 
     Raises:
         SettingsError: If there cannot be so many, or times are no numbers from 0.
@@ -107,9 +107,9 @@ class Slots(SlotTable):
             self._skeletons.popitem(last=False)
 
     def separate(self, ident: str) -> None:
-        """Take note that an id may be of another sender than the others.
+        """Note that an id may be of another sender than the others.
 
-        Its frames do not come together with theirs, so who is missing is seen a moment later.
+        Its frames do not come together with theirs, so a missing person is noticed a moment later.
         """
         self._separate[ident] = None
         if len(self._separate) > MOST_IDS:
@@ -124,7 +124,7 @@ class Slots(SlotTable):
             time: s, not before those of earlier poses.
 
         Returns:
-            The slot's name; `REFUSED` if all are taken, `UNDECIDED` while the id is looked at.
+            The slot's name; `REFUSED` if all are taken, `UNDECIDED` while the id is observed.
 
         Raises:
             FrameError: If the id is no text, the time no finite number, or the pose not (J, 3) numbers of the joints
@@ -152,7 +152,7 @@ class Slots(SlotTable):
             times: (n,), s.
 
         Returns:
-            The slot, and of how many frames from the first on.
+            The slot, and the number of frames from the first on.
         """
         body = self._ids.get(ident)
         if body is None:
@@ -196,7 +196,7 @@ class Slots(SlotTable):
         Args:
             time: s.
             found: Each id with its pose; none twice.
-            chunks: Whether others may have been followed to later times; `restart` tells of a clock set back then.
+            chunks: Whether others may have been followed to later times; `restart` handles a clock set back then.
         """
         if time < self._now - BACK and not chunks:
             self.restart(time)
@@ -224,9 +224,9 @@ class Slots(SlotTable):
         ]
 
     def restart(self, time: float, passed: float = SET) -> float:
-        """Go on with a clock that was set back to a time (s); return by how much, s.
+        """Go on with a clock that was set back to a time (s); return the shift, s.
 
-        Nobody is looked at afterwards: ids that were have to be settled before.
+        No id is observed afterwards: settle undecided ones before.
 
         Args:
             time: s, on the new clock.
@@ -245,16 +245,16 @@ class Slots(SlotTable):
         return self._name(body, known.last) if body is not None else REFUSED
 
     def waiting(self) -> list[tuple[str, float]]:
-        """Return the ids that are looked at, and when each was seen last, s."""
+        """Return the observed ids, and the last time of each, s."""
         return [(known.id, known.last) for known in self._newcomers.values() if not known.refused]
 
     def leave(self, ident: str) -> None:
-        """Take note that a tracker has given an id up."""
+        """Note that a tracker has given an id up."""
         super().leave(ident)
         self._newcomers.pop(ident, None)
 
     def knows(self, ident: str) -> bool:
-        """Return whether an id has a slot, or is looked at or refused."""
+        """Return whether an id has a slot, or is observed or refused."""
         return ident in self._ids or ident in self._newcomers
 
     def went_back(self, ident: str, time: float) -> bool:
@@ -272,7 +272,7 @@ class Slots(SlotTable):
         against = self._against(newcomers)
         verdicts: dict[str, Body | str | None] = {}
         while newcomers:
-            # The clearest cases first; what they take is no longer open to the others.
+            # The clearest cases first; their slots are no longer open to the others.
             options = self._together(newcomers, against)
             newcomers.sort(key=lambda one: -_lead(options[one.id]))
             taken: set[int] = set()
@@ -291,7 +291,7 @@ class Slots(SlotTable):
         return verdicts
 
     def _against(self, newcomers: Sequence[Newcomer]) -> dict[str, list[float]]:
-        """Return what speaks against newcomers of a moment, and others who are looked at, being each slot's person."""
+        """Return the evidence against newcomers of a moment, and other observed people, being each slot's person."""
         here = {one.id for one in newcomers}
         waiting = [one for one in self._newcomers.values() if not one.refused and one.id not in here]
         rows = [*newcomers, *waiting[:_TOGETHER]]
@@ -300,7 +300,7 @@ class Slots(SlotTable):
         return {one.id: row for one, row in zip(rows, found, strict=True)}
 
     def _unseen(self, ident: str, time: float) -> str | None:
-        """Pass over a frame without a joint, of an id without a slot: nobody is seen who could get one."""
+        """Skip a frame without a joint, of an id without a slot: it shows no person who could get one."""
         known = self._newcomers.get(ident)
         if known is None:
             return UNDECIDED
@@ -333,7 +333,7 @@ class Slots(SlotTable):
         start = newcomer.first
         missed = self._missed(start)
         if len(missed) == 1 and missed[0] is own and start - own.time <= LOST:
-            return [_Option(0.0, own.number, own)]  # nobody else is missing
+            return [_Option(0.0, own.number, own)]  # no one else is missing
         found = []
         for body in missed:
             against = speaks[body.number]
@@ -358,7 +358,7 @@ class Slots(SlotTable):
     def _together(
         self, newcomers: Sequence[Newcomer], against: dict[str, list[float]]
     ) -> dict[str, list[_Option]]:
-        """Return the options of each newcomer with what they leave to the others, the likeliest first."""
+        """Return the options of each newcomer with their costs for the others, the likeliest first."""
         here = {one.id for one in newcomers}
         waiting = [one for one in self._newcomers.values() if one.id in against and one.id not in here]
         rows = [*newcomers, *waiting][: MOST + _TOGETHER]
@@ -379,7 +379,7 @@ class Slots(SlotTable):
         return any(not body.used or body.time < newcomer.last - PAUSE for body in self._bodies)
 
     def _is_strange(self, against: float, away: float) -> bool:
-        """Return whether a newcomer is somebody else than the person who was away for so long, s."""
+        """Return whether a newcomer is another person than the one who was away for so long, s."""
         return away > LOST and against > self._likeness.against_stranger() + _CLEAR
 
     def _is_decided(self, newcomer: Newcomer, options: list[_Option], time: float, *, at_once: bool) -> bool:
@@ -412,7 +412,7 @@ class Slots(SlotTable):
         return UNDECIDED
 
     def _waits_for_others(self, newcomer: Newcomer, time: float) -> bool:
-        """Return whether the next frames of other senders have yet to say who is missing."""
+        """Return whether the next frames of other senders have yet to show which person is missing."""
         return newcomer.id in self._separate and time - newcomer.first < _LOOK - _EXACT
 
     def _is_own_leap(self, newcomer: Newcomer) -> bool:
@@ -442,13 +442,13 @@ class Slots(SlotTable):
 
 
 def _lead(options: list[_Option]) -> float:
-    """Return by how much the likeliest slot is ahead of the next one."""
+    """Return the lead of the likeliest slot over the next one."""
     others = (option.against for option in options if option.body is not options[0].body)
     return next(others, float("inf")) - options[0].against if options else float("inf")
 
 
 def _with_others(options: list[_Option], left: list[float]) -> list[_Option]:
-    """Return options with what each slot leaves to others, beside the best of them; the likeliest first."""
+    """Return options with the cost of each slot for the others, relative to the best; the likeliest first."""
     best = min(left[option.number] for option in options)
     found = [_Option(o.against + left[o.number] - best, *o[1:]) for o in options]
     return sorted(found, key=lambda option: option[:2])

@@ -1,10 +1,10 @@
-"""A source whose performers are slots: `p1` to `pN`, whatever ids its tracker gives.
+"""A source whose performers are slots: `p1` to `pN`, independent of its tracker's ids.
 
 Frames that go on under a known id are passed on at once. If an id is new, was away or leaps, a decision is needed: the
 frames from that moment on wait until the source shows that the moment is over: with the next frame of the same
-performer, a later one of others, or a tenth of a second without any. So an id that is new in the frame in which another
-one is missing can take its slot. Slots are given in the order of the frames' times. Frames of an id that is looked at
-wait for up to two seconds, and then go on with their own times.
+performer, a later one of others, or a tenth of a second without any. A new id can thus take the slot of one that is missing
+in the same frame. Slots are given in the order of the frames' times. Frames of an id that is observed wait for up to
+two seconds, and then go on with their own times.
 """
 
 import logging
@@ -30,7 +30,7 @@ _IDS: Final = 256  # whose skeletons are remembered
 _HELD: Final = 512  # frames that wait for a decision on their id
 _HAND_OVER: Final = 1.0  # s after a person has left in which another id may go on with its take
 # A new id of a live source has a clock of its own if its times lie so far before or behind those of the others.
-_BEHIND: Final = 60.0  # s; less may be a pause in what is played faster than it was recorded
+_BEHIND: Final = 60.0  # s; less may be a pause in a recording that is played fast
 _STEP: Final = 1 / 30  # s, where no rate is known
 _MOST_LOGGED: Final = 20  # refused ids that are logged
 
@@ -52,9 +52,9 @@ class PeopleSource:
     """Passes a source on under the names of slots; all else about it is the source's own.
 
     Args:
-        source: Where frames come from; its performers' names are the sender's ids.
+        source: Source of the frames; its performers' names are the sender's ids.
         people: How many slots, or `"nearest"` or `"first"`; see `Slots`.
-        remember: How long an absent person keeps a slot, s.
+        remember: Time for which an absent person keeps a slot, s.
     """
 
     def __init__(self, source: Source, people: People, remember: float = REMEMBERED) -> None:
@@ -70,8 +70,8 @@ class PeopleSource:
         self._announced = 0
         self._sent: dict[str, Meta] = {}  # the latest of each slot
         self._begun: set[str] = set()  # slots that frames were passed on of
-        self._pending: dict[str, Frames] = {}  # by id, from the first moment on that has to be decided
-        self._held: dict[str, list[Frames]] = {}  # of ids that are looked at
+        self._pending: dict[str, Frames] = {}  # by id, from the first undecided moment on
+        self._held: dict[str, list[Frames]] = {}  # of observed ids
         self._left: dict[str, tuple[Departure, float]] = {}  # by slot, with the monotonic time, s
         self._shifts: OrderedDict[str, float] = OrderedDict()  # s that are added to the times of an id
         self._now = -np.inf  # s, the latest time
@@ -81,8 +81,8 @@ class PeopleSource:
         self._logged = 0
         self._occupants: dict[str, str] = {}  # the latest id of each slot
         self._latest: Frames | None = None  # that were passed on, where one slot goes from person to person
-        self._anew: set[str] = set()  # slots that are given anew, because they stand for others now
-        self._recalled: float | None = None  # s since the epoch, when the people were seen who are recalled
+        self._anew: set[str] = set()  # slots to be announced again, because they have other people now
+        self._recalled: float | None = None  # s since the epoch, last time of the recalled people
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._source, name)
@@ -93,7 +93,7 @@ class PeopleSource:
         return self
 
     def set(self, people: object = None, remember: object = None) -> None:
-        """Change how many people are followed, and for how long absent ones are remembered.
+        """Change the number of followed people, and the time for which absent ones are remembered.
 
         Args:
             people: As for `Slots`; None to leave it. Slots for the nearest or first begin anew.
@@ -144,8 +144,8 @@ class PeopleSource:
     def recall(self, data: bytes) -> None:
         """Go on with the people of a run that was cut short; before `items`.
 
-        A recording is played from its beginning, which gives the same people the same slots: it needs no memory. What
-        performers learned of people who cannot be recalled is forgotten, and that is logged.
+        A recording is played from its beginning, which gives the same people the same slots: it needs no memory. The
+        state of people who cannot be recalled is forgotten, which is logged.
 
         Args:
             data: From `to_bytes`; empty if the other run had no slots.
@@ -169,7 +169,7 @@ class PeopleSource:
             _log.info("%s: people of the last run are remembered: %s", self.name, known)
 
     def table(self) -> list[dict[str, object]]:
-        """Return the slots and who is in them; see `Slots.table`."""
+        """Return the slots and their people; see `Slots.table`."""
         with self._lock:
             return self._slots.table()
 
@@ -196,7 +196,7 @@ class PeopleSource:
         yield from found
 
     def take(self, item: Item) -> list[Item]:
-        """Return what goes on with something that the source yielded."""
+        """Process an item of the source, and return the items that go on."""
         slot: str | None = REFUSED
         count = 0
         if isinstance(item, Frames) and not (self._pending or self._held or self._left or self._skip):
@@ -211,7 +211,7 @@ class PeopleSource:
         return [kept for one in self._of(item, slot, count) if (kept := self._unused(one)) is not None]
 
     def _of(self, item: Item, slot: str | None, count: int) -> Iterator[Item]:
-        """Yield what goes on with an item, of whose frames so many have been followed already."""
+        """Yield the items that go on with an item, of whose frames so many have been followed already."""
         if isinstance(item, Frames):
             if count:
                 yield from self._route(slot, part(item, 0, count))
@@ -283,7 +283,7 @@ class PeopleSource:
             pending[ident] = frames if begin == 0 else part(frames, begin, len(frames))
 
     def _run(self, frames: Frames, end: int) -> Generator[Item, None, int]:
-        """Pass frames on as far as nothing has to be decided; return how many were."""
+        """Pass frames on as far as nothing has to be decided; return their number."""
         begin = 0
         while begin < end:
             slot, count = self._slots.run(
@@ -297,12 +297,12 @@ class PeopleSource:
         return begin
 
     def _decide_all(self) -> Iterator[Item]:
-        """Decide what waits, moment by moment."""
+        """Decide the waiting items, moment by moment."""
         pending = self._pending
         while pending:
             moment = min(float(frames.times[0]) for frames in pending.values())
             found = [ident for ident, frames in pending.items() if float(frames.times[0]) == moment]
-            # Of one moment the sender's first is the first, in whatever order the chunks were filled.
+            # Within one moment the order is the sender's, not that in which the chunks were filled.
             found.sort(key=lambda ident: self._ranks.get(ident, self._announced))
             poses = [(ident, pending[ident].positions[0]) for ident in found]
             verdicts = self._slots.decide(moment, poses, chunks=True)
@@ -330,7 +330,7 @@ class PeopleSource:
         self._latest = None
 
     def _settle(self, until: float, only: str | None = None) -> Iterator[Item]:
-        """Decide on ids that are looked at and were not seen since."""
+        """Decide on observed ids that were not seen since."""
         for ident, last in self._slots.waiting():
             if last <= until and only in {None, ident} and ident not in self._pending:
                 slot = self._slots.settle(ident)
@@ -362,7 +362,7 @@ class PeopleSource:
     def _sent_on(self, slot: str, frames: Frames) -> Iterator[Item]:
         latest = self._latest
         if latest is not None and latest.performer != frames.performer and self._slots.chooses:
-            # What was kept back while another had the only slot was that of nobody.
+            # Frames kept back while another person had the only slot belong to no performer.
             begin = int(frames.times.searchsorted(latest.times[-1], "right"))
             if begin == len(frames):
                 return

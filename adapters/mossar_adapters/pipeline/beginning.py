@@ -1,4 +1,4 @@
-"""Beginning: what waited in a socket or a queue while the program started is not the present, and is dropped."""
+"""Beginning: frames that waited in a socket or a queue while the program started are old, and are dropped."""
 
 import logging
 import time
@@ -25,7 +25,7 @@ class Beginning:
         self._is_over = not source.live or offered(source, NamesPerformers) is not None
 
     def is_old(self, arrival: Arrival, count: int) -> bool:
-        """Return whether frames are to be dropped; logs how many it were with the first that are not.
+        """Return whether frames are to be dropped; logs their number with the first that are not.
 
         Args:
             arrival: Of the frames.

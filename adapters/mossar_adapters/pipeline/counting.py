@@ -1,4 +1,4 @@
-"""Counting: what a source may report about itself besides its frames."""
+"""Counting: reports of a source beside its frames."""
 
 from collections.abc import Mapping
 
@@ -9,13 +9,13 @@ from mossar_adapters.source import Source
 
 
 def explanation(source: Source) -> str:
-    """Return what a source knows about why no frames come; empty if it cannot say."""
+    """Return a source's explanation of why no frames come; empty if it has none."""
     explaining = offered(source, Explains)
     return "" if explaining is None else explaining.explain()
 
 
 def counters_of(source: Source) -> Mapping[str, int]:
-    """Return what a source has counted (`malformed`, `kernel_drops`), as far as it counts."""
+    """Return the counters of a source (`malformed`, `kernel_drops`), as far as it has any."""
     counting = offered(source, Counts)
     if counting is None:
         return {}

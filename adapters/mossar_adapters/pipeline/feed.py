@@ -16,15 +16,15 @@ class Feed:
     """Reads a source in a thread of its own until it ends or is stopped.
 
     Args:
-        source: What to read.
+        source: The source to read.
         index: Its number.
-        inbox: Where its items go.
+        inbox: Receives its items.
     """
 
     def __init__(self, source: Source, index: int, inbox: Inbox) -> None:
         self.source = source
-        self.heard_at = time.monotonic()  # s, when frames came last
-        self.looked_at = self.heard_at  # s, when the source last had something, or said that it has nothing
+        self.heard_at = time.monotonic()  # s, time of the last frames
+        self.looked_at = self.heard_at  # s, last time at which the source had an item, or reported none
         self.delivered = False  # whether frames came at all
         self._index = index
         self._inbox = inbox

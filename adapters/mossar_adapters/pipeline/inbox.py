@@ -25,11 +25,11 @@ class Arrival(msgspec.Struct, frozen=True):
         source: Index of the source.
         item: A meta, frames, a performer that came or left, a request, an error that ended the source, or None when
             the source ended.
-        at: When it arrived, monotonic s.
-        came: When frames began to arrive at the source, monotonic s, which may have waited for what completes them; None
-            if that is not known.
-        meta: What the source last announced of the performer, with frames: so the reader need not have seen
-            the announcement itself.
+        at: Time of arrival, monotonic s.
+        came: Time at which frames began to arrive at the source, monotonic s; they may have waited to be completed. None
+            if unknown.
+        meta: The source's last announcement of the performer, with frames: the reader need not have seen it
+            itself.
     """
 
     source: int
@@ -42,8 +42,8 @@ class Arrival(msgspec.Struct, frozen=True):
 class Inbox:
     """Hands arrivals of several sources over, fairly. Every method may be called from any thread, `get` from one.
 
-    Frames come some milliseconds apart and find the processor cold: what a condition variable does in Python
-    costs as much then as a frame's own way through the source. So a reader that waits for arrivals waits for a lock.
+    Frames come some milliseconds apart and find the processor cold: a condition variable in Python then costs as much
+    as a frame's own way through the source. A reader that waits for arrivals therefore waits for a lock.
 
     Args:
         drops: For each source, whether its oldest frames are dropped when its queue is full.
@@ -87,14 +87,16 @@ class Inbox:
         return True
 
     def ask(self, request: Callable[[], None]) -> None:
-        """Have something done by the thread that segments, before what waits."""
+        """Give a task to the thread that segments, to be done before the waiting arrivals."""
         with self._lock:
             self._urgent.append(Arrival(-1, request, 0.0))
             self._ring()
 
     def get(self, timeout: float) -> Arrival | None:
         """Return the next arrival, None after `timeout` seconds without one."""
-        while (arrival := self._next_arrival()) is None:  # the bell may have rung for what is taken already
+        while (
+            arrival := self._next_arrival()
+        ) is None:  # the bell may have rung for an arrival that is taken already
             if not self._bell.acquire(timeout=timeout):
                 return None
         return arrival

@@ -1,4 +1,4 @@
-"""Latency: how long from the arrival of a frame until the event it caused is handed over."""
+"""Latency: the time from the arrival of a frame until its event is handed over."""
 
 import threading
 from collections import deque

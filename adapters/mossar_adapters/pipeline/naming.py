@@ -53,7 +53,7 @@ class Naming:
                 del self.performers[record.name], records[record.own]
 
     def positions(self) -> tuple[Position, ...]:
-        """Return how far each source was read."""
+        """Return the position in each source."""
         return tuple(
             Position(
                 name,

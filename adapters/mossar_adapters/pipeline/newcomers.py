@@ -1,9 +1,9 @@
-"""Newcomers: how much that is new a live source may bring in a second, so that a stranger does not cost the others.
+"""Newcomers: the rate of new performers that a live source may bring, so that a stranger does not cost the others.
 
 A new performer, and another skeleton of a known one, stop the thread that segments all performers: for 3 ms with 21 joints,
 for 20 ms with 1,024 and limbs. Each is paid for by its joints, out of an allowance that fills with time. Joints beyond
 those of a person are paid for out of a second one that holds less: a crowd begins at once, while large skeletons begin one
-after the other, with time for everybody between them. Performers that do not change need none.
+after another, with time for the other performers in between. Performers that do not change need none.
 """
 
 AT_ONCE = 16_384  # joints: 256 performers of 32 joints
@@ -15,7 +15,7 @@ LARGE_A_SECOND = 448.0  # one of the largest skeletons in two seconds
 
 
 class Allowance:
-    """What a source may still bring.
+    """New skeletons that a source may still begin.
 
     Example:
         >>> allowance = Allowance()

@@ -25,7 +25,7 @@ class OddTimes:
         self._is_logged = False
 
     def finding(self, frames: Frames, max_pause: float) -> str | None:
-        """Return, once, what is odd about the times, None if nothing is.
+        """Return, once, the fault of the times, None if they have none.
 
         Args:
             frames: Of the performer.

@@ -9,12 +9,12 @@ WITHOUT_LIMBS = "no joint of its skeleton can move against another; it is segmen
 
 
 class Outcome(msgspec.Struct):
-    """How a run went.
+    """Outcome of a run.
 
     Args:
         frames: Frames processed.
         complete: Whether it came to its own end, instead of being stopped.
-        errors: What went wrong with sources, in order.
+        errors: Errors of sources, in order.
         dead_sinks: Names of the sinks that failed, and of a snapshot that could not be written.
         none_followed: Whether performers came and none of them could be followed.
         abandoned: Whether the reader of a sink went away (a closed pipe).
@@ -29,7 +29,7 @@ class Outcome(msgspec.Struct):
 
 
 def in_words(error: Exception) -> str:
-    """Return what an error says, in one line; of what is no error of data or settings, its kind as well."""
+    """Return the message of an error, in one line, with its kind if it is no error of data or settings."""
     text = " ".join(str(error).split())
     return (
         text

@@ -21,7 +21,7 @@ from mossar_adapters.source import Meta
 from mossar_stream import Event, Frames
 
 CAPACITY = 20_000  # events, or frames of a sink that takes frames
-PATIENCE = 2.0  # s given to a sink at the end, to take what waits
+PATIENCE = 2.0  # s given to a sink at the end, to take the waiting parcels
 _CLOSING = 1.0  # s given to it to close
 _NAP = 0.1  # s, after which a wait looks whether the program is to end
 _QUIET = 0.2  # s without events after which a sink may look after receivers that have joined
@@ -30,7 +30,7 @@ _log = logging.getLogger("mossar.pipeline")
 
 
 class Parcel(msgspec.Struct, frozen=True):
-    """What a sink gets at once.
+    """Content of one call of a sink.
 
     Args:
         item: A meta, events, frames, or the beginning of a take for sinks that have `begin_take`.
@@ -41,7 +41,7 @@ class Parcel(msgspec.Struct, frozen=True):
     arrived_at: float | None = None
 
     def size(self) -> int:
-        """Return what it takes in the queue."""
+        """Return its size in the queue."""
         return 1 if isinstance(self.item, Meta | TakeStart) else len(self.item)
 
 
@@ -52,12 +52,12 @@ class Outlet:
     """Hands parcels to a sink, in a thread of its own unless the sink is prompt.
 
     Args:
-        sink: Where they go; one that has `send_frames` gets frames as well.
+        sink: Receives them; one that has `send_frames` gets frames as well.
         waits: Whether to wait for room instead of dropping the oldest parcels.
         delivered: Called with each parcel that was handed over, by the thread that did it.
         gives_up: Asked while waiting for room; True means that the program is to end.
-        emission: Which events the sink gets; None for all.
-        capacity: What the queue holds.
+        emission: The events that the sink gets; None for all.
+        capacity: Size of the queue.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class Outlet:
     ) -> None:
         self.sink = sink
         self.dropped = 0  # events and frames that found no room
-        self.error: Exception | None = None  # what the sink died of
+        self.error: Exception | None = None  # error that ended the sink
         self._waits = waits
         self._delivered = delivered
         self._gives_up = gives_up
@@ -148,7 +148,7 @@ class Outlet:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Deliver what waits, as far as the sink takes it in time, and close the sink."""
+        """Deliver the waiting parcels, as far as the sink takes them in time, and close the sink."""
         self.end()
         self.settle()
         self._thread.join(_CLOSING)

@@ -21,14 +21,14 @@ _ALL = np.zeros(0, np.intp)  # joints, where none is left out
 
 
 class LatestFrames(NamedTuple):
-    """When frames came (monotonic s), and the last one's time on the source's clock."""
+    """Times of arrival (monotonic s), and the last frame's time on the source's clock."""
 
     at: float
     time: float
 
 
 class PerformerRecord:
-    """What a run knows of one performer.
+    """State of one performer in a run.
 
     Args:
         name: In events.
@@ -42,8 +42,8 @@ class PerformerRecord:
         self.source = source
         self.own = own
         self.received = received  # frames
-        self.meta: Meta | None = None  # as the source announced it last
-        self.followed: Meta | None = None  # what sinks of events know: with the skeleton that is segmented
+        self.meta: Meta | None = None  # last announcement of the source
+        self.followed: Meta | None = None  # announcement to sinks of events, with the segmented skeleton
         self.body: NDArray[np.intp] = _ALL  # the joints of the segmented skeleton; none if all are
         self.latest: LatestFrames | None = None
         self.max_pause: float | None = None  # s, as settings have it; None until it is looked up

@@ -54,16 +54,16 @@ _log = logging.getLogger("mossar.pipeline")
 
 
 class Pipeline(Run):
-    """Segments what sources deliver and hands the events to sinks: a `Run` with what makes it go on.
+    """Segments the frames of sources and hands the events to sinks: a `Run` with its loop.
 
     Args:
         sources: At least one.
         sinks: Sinks of events; those that have `send_frames` get the frames, too.
-        views: Sinks that get every event, whatever `emit` says.
+        views: Sinks that get every event, independent of `emit`.
         settings: Settings of the segmenters.
         emit: Which events go out, see `Emission`.
         seconds: Stop after so much time of the stream, for each performer.
-        upkeep: What is done between frames; by default stalls and silence are noticed.
+        upkeep: Work between frames; by default stalls and silence are noticed.
         moves: That are recognised of all performers.
         follow: Names of those that are followed, or True for all.
         resume: Snapshot of a run that was cut short, to go on with; its name comes before `run_id`.
@@ -109,7 +109,7 @@ class Pipeline(Run):
         emission = Emission(emit)
         self.outlets = [self._outlet(sink, emission) for sink in sinks]
         self.outlets += [self._outlet(view, Emission()) for view in views]
-        # Those who are fed by this thread come before threads wake up that want the processor.
+        # Sinks of this thread come before other threads wake up and take the processor.
         self.outlets.sort(key=lambda outlet: not outlet.prompt)
         self.upkeep = upkeep or Upkeep()
         self._tick = tick
@@ -149,7 +149,7 @@ class Pipeline(Run):
         self.inbox.ask(request)
 
     def set(self, changes: Mapping[str, object], performer: str | None = None) -> bool:
-        """Change settings of a performer, or of all and of those to come, and send what this ends.
+        """Change settings of a performer, or of all and of new ones, and send the events of takes that this ends.
 
         Returns:
             Whether a take ended.
@@ -183,7 +183,7 @@ class Pipeline(Run):
 
     def _take(self, arrival: Arrival) -> None:
         item = arrival.item
-        if arrival.source in self._ended:  # what a source that was refused had delivered before
+        if arrival.source in self._ended:  # earlier items of a source that was refused
             return
         if isinstance(item, Meta):
             self._announce(item, arrival)
@@ -199,7 +199,7 @@ class Pipeline(Run):
             item()
 
     def _performer(self, source: int, own: str) -> PerformerRecord:
-        """Return what is known of a performer of a source; a flood of names does not take memory."""
+        """Return the record of a performer of a source; a flood of names takes no memory."""
         if len(self.performers) > _NAMES * len(self.feeds):
             self.naming.forget(self.pool.names, MAX_PERFORMERS)
         return self.naming.performer(source, own)
@@ -282,7 +282,7 @@ class Pipeline(Run):
                     outlet.put(self._announcement(performer))
 
     def _announcement(self, performer: PerformerRecord) -> Parcel:
-        """Return the meta of a followed performer with what receivers of events need to know."""
+        """Return the meta of a followed performer with the fields that receivers of events need."""
         settings = msgspec.to_builtins(self.pool[performer.name].settings)
         meta = _called(cast("Meta", performer.followed), performer)
         return Parcel(msgspec.structs.replace(meta, settings=settings, run=self.run_id))
@@ -394,7 +394,7 @@ class Pipeline(Run):
                 outlet.put(parcel)
 
     def _turn_away(self, performer: PerformerRecord, count: int) -> None:
-        """Count the frames of a newcomer for whom there is no room; say so at the first."""
+        """Count the frames of a newcomer without room; log the first."""
         # The latest comes first: in a flood of names it was refused, and the search ends there.
         if not any(other.is_refused for other in reversed(self.performers.values())):
             _log.warning(
@@ -406,7 +406,7 @@ class Pipeline(Run):
         performer.unusable += count
 
     def _put_it_off(self, performer: PerformerRecord, count: int) -> None:
-        """Count the frames of what is too much that is new for now; log it once of each source."""
+        """Count the frames of new performers beyond the allowance; log it once for each source."""
         if performer.source not in self._put_off:
             self._put_off.add(performer.source)
             _log.warning(

@@ -10,7 +10,7 @@ _WHOLE = 10.0  # s from which on tenths do not matter
 
 
 class Reasons:
-    """Adds to `started` the id of the sender that a slot has, and how long its person was away.
+    """Adds to `started` the id of the sender that a slot has, and the absence of its person.
 
     Example:
         >>> from mossar_stream import StreamEvent

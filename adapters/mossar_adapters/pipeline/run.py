@@ -1,4 +1,4 @@
-"""Run: what takes part in a run, and what is known of it.
+"""Run: the parts of a run, and its state.
 
 The pipeline drives it; upkeep looks after it between frames, and needs no more than this.
 """
@@ -21,7 +21,7 @@ _log = logging.getLogger("mossar.pipeline")
 
 
 class Run:
-    """Sources with their readers, performers with their segmenters, sinks with their writers, and what was counted.
+    """Sources with their readers, performers with their segmenters, sinks with their writers, and counters.
 
     Args:
         sources: At least one.
@@ -31,14 +31,14 @@ class Run:
         run_id: Name of the run.
 
     Attributes:
-        inbox: What readers delivered, until it is processed.
+        inbox: Arrivals from readers, until they are processed.
         feeds: The reader of each source.
-        beginnings: What each source has dropped because it was old at the start.
+        beginnings: Frames that each source has dropped because they were old at the start.
         running: Whether each source still delivers.
-        naming: Our names of the performers, and what is known of each.
+        naming: Our names of the performers, and the record of each.
         live: Whether a source is live.
         outlets: The writer of each sink that works.
-        outcome: What becomes of the run.
+        outcome: Outcome of the run.
     """
 
     def __init__(
@@ -59,18 +59,18 @@ class Run:
 
     @property
     def performers(self) -> dict[str, PerformerRecord]:
-        """What is known of each performer, by its name in events."""
+        """The record of each performer, by its name in events."""
         return self.naming.performers
 
     def is_over(self) -> bool:
-        """Return whether every present performer has reached the end that was asked for, and there is one."""
+        """Return whether every present performer has reached the wanted end, and there is one."""
         if self.seconds is None:
             return False
         times = [performer.time for performer in self.performers.values() if performer.time.last is not None]
         return any(time.is_over for time in times) and all(time.is_over or time.is_absent for time in times)
 
     def max_pause(self, performer: PerformerRecord) -> float:
-        """Return how long a performer's frames may stop before its take ends, s."""
+        """Return the longest pause of a performer's frames before its take ends, s."""
         if performer.max_pause is None:
             name = performer.name
             settings = self.pool[name].settings if name in self.pool else self.pool.settings

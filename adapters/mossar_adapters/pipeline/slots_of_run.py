@@ -15,7 +15,7 @@ def sources_with_slots(run: Run) -> dict[int, Any]:
 
 
 def slots_by_source(run: Run) -> dict[str, list[dict[str, object]]]:
-    """Return who is in the slots of each source; see `Slots.table`."""
+    """Return the people in the slots of each source; see `Slots.table`."""
     return {
         source.name: [
             {**row, "slot": performer.name}
@@ -42,14 +42,14 @@ def pin(run: Run, slot: str, *, pinned: bool) -> None:
     """Keep a slot for its person, or no longer.
 
     Raises:
-        SettingsError: If there is no such slot, or nobody was in it.
+        SettingsError: If there is no such slot, or no person was in it.
     """
     source, slots = _found(run, (slot,))
     source.pin(slots[0], pinned=pinned)
 
 
 def _found(run: Run, names: Sequence[str]) -> tuple[Any, list[str]]:
-    """Return the source that has slots of these names, and what it calls them."""
+    """Return the source that has slots of these names, and its own names of them."""
     everywhere = {
         name: [(i, slot) for i in sources_with_slots(run) if (slot := _slot(run, i, name)) is not None]
         for name in names
@@ -65,7 +65,7 @@ def _found(run: Run, names: Sequence[str]) -> tuple[Any, list[str]]:
 
 
 def _slot(run: Run, number: int, name: str) -> str | None:
-    """Return what a source calls the slot that events call `name`; one that was not used yet has its own name."""
+    """Return a source's name of the slot that events call `name`; an unused one has its own name."""
     for slot in sources_with_slots(run)[number].performers:
         known = run.naming.known(number, slot)
         if known.name == name if known else slot == name and name not in run.naming.performers:

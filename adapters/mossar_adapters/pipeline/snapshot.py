@@ -1,8 +1,8 @@
-"""Snapshot: what a run that was cut short needs in order to go on as if it had not been.
+"""Snapshot: the state that an interrupted run needs to continue without a loss.
 
-Magic, version, SHA-256 of the rest, then a msgpack map: damaged bytes are refused before they are looked at.
+Magic, version, SHA-256 of the rest, then a msgpack map: damaged bytes are refused before they are decoded.
 Written to a file beside and put in place in one step, so that there is always a whole one. The file beside is made
-anew each time: a link in its place, which somebody else may have put into a shared folder, is not followed.
+anew each time: a link in its place, as an attacker may put into a shared folder, is not followed.
 """
 
 import contextlib
@@ -20,7 +20,7 @@ MAX_BYTES = 1 << 30  # a performer with limbs takes half a megabyte, and there m
 
 
 class Position(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How far a source was read.
+    """Position in a source.
 
     Args:
         name: The source, as the user wrote it.
@@ -41,11 +41,11 @@ class Snapshot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         complete: Whether all sources ended by themselves: then there is nothing to go on with.
         sources: How far each source was read.
         performers: Snapshot of each performer's segmenter.
-        pool: What the pool knows besides: settings that control changed, takes of those who made room for others.
+        pool: Rest of the pool's state: settings that control changed, takes of replaced performers.
         sinks: Bytes written, for sinks that can go on there.
         run: Name of the run, which goes on under it.
         moves: Digest of the moves that were recognised; the examples are in a file of their own.
-        people: Of each source, what its slots know of people; empty for those without slots.
+        people: Memory of the slots of each source; empty for those without slots.
     """
 
     settings: bytes
@@ -68,7 +68,7 @@ def write_snapshot(path: Path, snapshot: Snapshot) -> None:
     """Write a snapshot in place of an older one.
 
     Raises:
-        SnapshotError: If it cannot be written, or is larger than what can be read; the older one stays then.
+        SnapshotError: If it cannot be written, or is too large to be read; the older one stays then.
     """
     content = sealed(msgspec.msgpack.encode(snapshot))
     if len(content) > MAX_BYTES:
@@ -86,7 +86,7 @@ def write_snapshot(path: Path, snapshot: Snapshot) -> None:
         beside.replace(path)
         _sync_folder(path.parent)
     except OSError as error:
-        # On a full disk, what was written of it takes room that others need.
+        # On a full disk, its part takes room that other files need.
         with contextlib.suppress(OSError):
             beside.unlink(missing_ok=True)
         raise SnapshotError(f"{path}: the snapshot cannot be written: {error.strerror or error}") from None

@@ -1,4 +1,4 @@
-"""Stream time: from when to when a performer was seen, and whether it has reached the end that was asked for."""
+"""Stream time: the time for which a performer was seen, and whether it has reached the wanted end."""
 
 import bisect
 import math
@@ -6,7 +6,7 @@ import math
 from mossar_adapters.replay.interleaving import part
 from mossar_stream import Frames
 
-_LONGEST = 3600.0  # s from one frame to the next; what is more is a clock that was set
+_LONGEST = 3600.0  # s from one frame to the next; more is a clock that was set
 
 
 class StreamTime:
@@ -22,7 +22,7 @@ class StreamTime:
 
     def __init__(self) -> None:
         self.last: float | None = None  # time of the last frame, s; None before the first
-        self.length = 0.0  # time that passed, whatever the clock did, s; less than what is wanted
+        self.length = 0.0  # time that passed, without jumps of the clock, s; less than the wanted time
         self.is_over = False  # whether the end is reached
         # Whether the performer has left, or its frames have stopped: its end is not awaited.
         self.is_absent = False

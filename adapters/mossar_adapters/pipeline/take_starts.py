@@ -1,7 +1,7 @@
 """Take starts: when the takes began that a chunk of frames opened.
 
 Sinks that count time from the beginning of a take need it before the take's first event. A chunk is therefore cut
-where its times say that a take may end: what begins with a part begins with its first frame.
+where its times show that a take may end: a take that begins in a part begins with its first frame.
 """
 
 import itertools
@@ -53,5 +53,5 @@ def take_starts(events: list[Event], frames: Frames) -> list[TakeStart]:
 
 
 def is_start(event: Event) -> TypeGuard[StreamEvent]:
-    """Return whether an event says that a take began."""
+    """Return whether an event reports the begin of a take."""
     return isinstance(event, StreamEvent) and event.event == "started"

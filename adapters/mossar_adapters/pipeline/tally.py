@@ -1,4 +1,4 @@
-"""Tally: what had been counted of a performer at earlier looks, so that the next look sees the difference."""
+"""Tally: a performer's counts at earlier looks, so that the next look sees the difference."""
 
 import math
 from typing import NamedTuple
@@ -8,7 +8,7 @@ _SHORTEST = 1e-9  # s that there must be for a rate; a clock of nonsense may hav
 
 
 class _Mark(NamedTuple):
-    """What was counted: frames, the time of the stream that passed (s), and when (monotonic s)."""
+    """Counts at one look: frames, the time of the stream that passed (s), and the time of the look (monotonic s)."""
 
     frames: int
     length: float
@@ -23,7 +23,7 @@ class Counts(NamedTuple):
     out_of_order: int = 0
 
     def since(self, before: "Counts") -> "Counts":
-        """Return what came after earlier counts."""
+        """Return the difference from earlier counts."""
         return Counts(*(now - then for now, then in zip(self, before, strict=True)))
 
 
@@ -48,7 +48,7 @@ class Tally:
         self._last = self._before = _FIRST  # at the last stats, and at those before
 
     def since_last(self, counts: Counts) -> Counts:
-        """Return what was counted since the last call."""
+        """Return the counts since the last call."""
         new, self._counts = counts.since(self._counts), counts
         return new
 

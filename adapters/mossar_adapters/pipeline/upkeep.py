@@ -1,4 +1,4 @@
-"""Upkeep: what is done for a run between frames, on the wall clock: stalls, silence, stats, snapshots."""
+"""Upkeep: work for a run between frames, on the wall clock: stalls, silence, stats, snapshots."""
 
 import hashlib
 import logging
@@ -64,7 +64,7 @@ class Upkeep:
         self._write(run, complete=False)  # from here on a run that is killed can go on with its outputs
 
     def heard(self, run: Run, arrival: Arrival, performer: PerformerRecord) -> bool:
-        """Take note that frames came; return whether they had stalled."""
+        """Note that frames came; return whether they had stalled."""
         feed = run.feeds[arrival.source]
         feed.heard_at, feed.delivered = arrival.at, True
         self._explained.discard(arrival.source)
@@ -73,7 +73,7 @@ class Upkeep:
         return performer.watch.heard(arrival.at, arrival.came)
 
     def check(self, run: Run) -> None:
-        """Do what is due."""
+        """Do the work that is due."""
         now = time.monotonic()
         if now - self._checked < _CHECK_EVERY:
             return
@@ -92,7 +92,7 @@ class Upkeep:
                 self._write(run, complete=False)
 
     def send_stats(self, run: Run) -> None:
-        """Send the counters of all performers, and say them."""
+        """Send the counters of all performers, and log them."""
         for performer in sorted(run.pool.names):
             event = self.stats_of(run, performer)
             run.send([event])
@@ -124,7 +124,7 @@ class Upkeep:
         return self._path is not None and not run.outcome.complete
 
     def end(self, run: Run) -> None:
-        """Send the last stats, say what was lost, and write the last snapshot."""
+        """Send the last stats, log losses, and write the last snapshot."""
         self._look_at_counts(run)
         if self._stats or self._path is not None:  # the delays of all events count, and none may be lost
             for outlet in run.outlets:
@@ -144,7 +144,7 @@ class Upkeep:
                 )
 
     def resume(self, run: Run, snapshot: Snapshot) -> None:
-        """Go on where a snapshot was written.
+        """Continue from a snapshot.
 
         Raises:
             SnapshotError: If it is of other sources or settings.
@@ -165,7 +165,7 @@ class Upkeep:
                 source.resume(position.frames)
 
     def save(self, run: Run) -> None:
-        """Write a snapshot now, if any are written: what a request changed is kept from its answer on."""
+        """Write a snapshot now, if any are written: the changes of a request are kept from its answer on."""
         self._write(run, complete=False)
 
     def _digest(self, moves: Moves | None) -> bytes:
@@ -209,7 +209,7 @@ class Upkeep:
             self._unwritten = False
 
     def _look_for_stalls(self, run: Run, now: float) -> None:
-        # Silence is what a reader has heard: after a pause of the whole machine, frames may wait in the socket.
+        # The reader decides on silence: after a pause of the whole machine, frames may wait in the socket.
         until = {i: feed.looked_at for i, feed in enumerate(run.feeds)} | run.inbox.oldest()
         for name in run.pool.names:
             performer = run.performers[name]
@@ -250,7 +250,7 @@ class Upkeep:
 
     def _log_empty(self, name: str) -> None:
         self._empty_logged += 1
-        # More, in a flood of names, would fill a pipe that nobody reads.
+        # More, in a flood of names, would fill an unread pipe.
         if self._empty_logged <= _MOST_LOGGED:
             _log.warning(
                 "%s: frames come without a tracked joint: all joints are missing, or more than 100 km away%s",
@@ -269,7 +269,7 @@ class Upkeep:
             )
 
     def _silence(self, feed: Feed, before: int) -> str:
-        """Return what is known of why no frames come: what never came is another matter than what stopped.
+        """Return the explanation of why no frames come, which differs for frames that never came and frames that stopped.
 
         Args:
             feed: Whose source is silent.

@@ -25,9 +25,9 @@ class Watch:
         self._ended = False
 
     def heard(self, now: float, came: float | None = None) -> bool:
-        """Take note of frames; return whether they had stalled.
+        """Note frames; return whether they had stalled.
 
-        Frames that arrived before the stall, and waited for what completes them, change nothing.
+        Frames that arrived before the stall, and waited to be completed, change nothing.
 
         Args:
             now: Monotonic s.
@@ -44,10 +44,10 @@ class Watch:
         self._at, self._stalled, self._ended = math.inf, False, False
 
     def check(self, until: float, max_pause: float) -> list[Finding]:
-        """Return what has been noticed since the last call: that frames stopped, and that the take is over.
+        """Return the findings since the last call: that frames stopped, and that the take is over.
 
         Args:
-            until: Up to when the source has been heard out, monotonic s: what waits in a queue has come in time.
+            until: Time up to which the source has been read, monotonic s: frames in a queue have come in time.
             max_pause: Time without frames after which the take ends, s.
         """
         found: list[Finding] = []

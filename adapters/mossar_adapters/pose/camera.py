@@ -1,7 +1,7 @@
 """A webcam: found by number, path or name, read on a thread that keeps the newest picture only.
 
 An estimate may take longer than the camera needs for a picture. A queue would then grow old: the body would be
-segmented a second after it moved. So a picture that nobody took in time makes room for the next, and is counted.
+segmented a second after it moved. A picture that was not taken in time therefore makes room for the next, and is counted.
 """
 
 import errno
@@ -20,7 +20,7 @@ from mossar_adapters.pose.pictures import Picture, load_opencv
 from mossar_adapters.pose.types import CameraLost, CameraOptions, PoseError
 
 _SYSTEM: Final = Path("/sys/class/video4linux")  # where Linux names its cameras
-_FAILURES: Final = 10  # grabs one after the other that may fail before a camera counts as lost
+_FAILURES: Final = 10  # consecutive grabs that may fail before a camera counts as lost
 _BETWEEN: Final = 0.02  # s between them
 _FAREWELL: Final = 2.0  # s that `close` waits for a grab to return
 _MOST: Final = 10  # numbers that are tried where the system lists no cameras
@@ -60,7 +60,7 @@ class Camera:
         clock: Monotonic, s.
 
     Attributes:
-        fps: Nominal rate, Hz; None if the camera does not say, or is not open yet.
+        fps: Nominal rate, Hz; None if the camera states none, or is not open yet.
 
     Raises:
         PoseError: If it is not there or forbidden; the message has the reason and the remedy.
@@ -75,7 +75,7 @@ class Camera:
         self._problem: PoseError | None = None  # why no more pictures come
         self._is_closing = threading.Event()
         self._changed = threading.Condition()
-        # A daemon: a grab from a pipe that nobody writes to never returns.
+        # A daemon: a grab from a pipe without a writer never returns.
         self._thread = threading.Thread(target=self._run, name="webcam", daemon=True)
         self._thread.start()
 
@@ -94,7 +94,7 @@ class Camera:
             return taken
 
     def close(self) -> None:
-        """Let the camera go. May be called twice."""
+        """Release the camera. May be called twice."""
         self._is_closing.set()
         self._thread.join(_FAREWELL)
 
@@ -180,7 +180,7 @@ def numbered(options: CameraOptions) -> str:
 
 
 def check_camera(options: CameraOptions) -> None:
-    """Check, without opening it, that a camera is there and this user may use it, as far as the system says so.
+    """Check, without opening it, that a camera is there and this user may use it, as far as the system shows.
 
     Raises:
         PoseError: If not; the message has the reason and the remedy.
@@ -223,7 +223,7 @@ _REFUSED: Final = (
 
 
 def _obstacle(device: str) -> str:
-    """Return what keeps a camera from being opened, as far as the system says so; empty if nothing is known."""
+    """Return the system's reason why a camera cannot be opened; empty if unknown."""
     if device.isdecimal() and sys.platform != "linux":
         return ""
     path = f"/dev/video{device}" if device.isdecimal() else device
@@ -237,7 +237,7 @@ def _obstacle(device: str) -> str:
 
 
 def refusal(device: str, error: OSError) -> str:
-    """Return why a camera cannot be opened and what to do.
+    """Return the reason why a camera cannot be opened, and the remedy.
 
     Args:
         device: Its number or path.

@@ -17,7 +17,7 @@ _LOOKS: Final = 5  # pictures in which a person is looked for; the first ones of
 
 
 def check(url: str = "webcam:") -> tuple[str, bool]:
-    """Return which cameras and weights there are and what a picture gave, and whether the camera can be used.
+    """Return the cameras, the weights and the result of a picture, and whether the camera can be used.
 
     Args:
         url: As for a source.
@@ -51,7 +51,7 @@ def summary() -> list[str]:
 
 
 def _look(camera: Camera, model: str) -> str:
-    """Return what a camera's pictures give."""
+    """Return the result of a camera's pictures."""
     taken = _picture(camera)
     height, width = taken.picture.shape[:2]
     rate = f" at {camera.fps:g} Hz" if camera.fps else ""

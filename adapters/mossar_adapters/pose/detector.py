@@ -1,4 +1,4 @@
-"""Detector: where people are in a picture nobody is followed in yet.
+"""Detector: the places of people in a picture.
 
 The maker's pose_detection: a single-shot detector over anchors on three grids. Each anchor gives a score, a box around
 the face and four points. The first point is the middle of the hips, the second lies on a circle around the whole body.
@@ -37,7 +37,7 @@ class Detector:
         self._anchors = _anchors()
 
     def find(self, picture: NDArray[np.uint8], most: int = 1) -> list[Region]:
-        """Return where people are, the likeliest first.
+        """Return the regions of people, the likeliest first.
 
         Args:
             picture: (h, w, 3), BGR.

@@ -1,7 +1,7 @@
 """Following: the people in a video or before a camera, from picture to picture.
 
-Somebody who was found is followed by the landmarks alone: those of one picture say where to look in the next. The
-detector looks only while there is room for another person.
+A person who was found is followed by the landmarks alone: those of one picture give the region in the next. The
+detector runs only while there is room for another person.
 """
 
 import math
@@ -25,10 +25,10 @@ _AXES: Final = (1.0, -1.0, -1.0)  # the maker's y points down and z away
 # The network places every joint, seen or not. A joint that was hidden for longer is missing rather than invented.
 _VISIBLE: Final = 0.5  # of visibility
 _HIDDEN: Final = 0.5  # s
-_LEAST: Final = 0.001  # confidence of what is there; 0 is missing
-_TRUNK: Final = 0.2  # of the size, half a metre: what is painted over of people who are followed
-_REMEMBERED: Final = 2.0  # s after which the number of a person who was lost is free for anybody
-# s between two looks for further people while somebody is followed; who stands alone is not slowed down by it.
+_LEAST: Final = 0.001  # confidence of a present joint; 0 is missing
+_TRUNK: Final = 0.2  # of the size, half a metre: the part of followed people that is painted over
+_REMEMBERED: Final = 2.0  # s after which the number of a lost person is free
+# s between two searches for further people while a person is followed; they do not slow down a single person.
 _LOOK: Final = 0.5
 
 
@@ -37,8 +37,8 @@ class Estimator:
 
     Args:
         weights: Files of the networks.
-        people: How many to follow at most, 1 to 4.
-        smooth: Whether to filter what single pictures give; see `smoothing.py`.
+        people: Most people to follow, 1 to 4.
+        smooth: Whether to filter the joints of single pictures; see `smoothing.py`.
     """
 
     def __init__(self, weights: Weights, people: int = 1, *, smooth: bool = True) -> None:
@@ -69,7 +69,7 @@ class Estimator:
         )
 
     def forget(self) -> None:
-        """Follow nobody any more; the next picture has nothing to do with the last."""
+        """Stop following all people; the next picture is independent of the last."""
         self._followed, self._lost, self._looked = [], [], -math.inf
 
     def _find(self, picture: NDArray[np.uint8], time: float) -> None:
@@ -119,7 +119,7 @@ class Estimator:
 
 
 class _Absent(msgspec.Struct, frozen=True):
-    """Somebody who was lost: number, where, and when, s."""
+    """A lost person: number, place, and time, s."""
 
     number: int
     region: Region
@@ -127,7 +127,7 @@ class _Absent(msgspec.Struct, frozen=True):
 
 
 class _Person:
-    """Somebody who is followed.
+    """A followed person.
 
     Args:
         number: From 1.
@@ -172,7 +172,7 @@ class _Person:
         )
 
     def _hidden(self, visible: NDArray[np.float64], time: float) -> NDArray[np.bool_]:
-        """Return which joints were not visible over the last 0.5 s; the body centre always counts as seen."""
+        """Return the joints that were not visible over the last 0.5 s; the body centre always counts as seen."""
         self._seen[(visible >= _VISIBLE) | (self._seen == -math.inf)] = time
         hidden: NDArray[np.bool_] = time - self._seen > _HIDDEN
         hidden[SKELETON.root] = False
@@ -192,7 +192,7 @@ def _without(picture: NDArray[np.uint8], regions: Sequence[Region]) -> NDArray[n
 
 
 def _twice(people: "Sequence[_Person]") -> "list[_Person]":
-    """Return those who are the same person as one before them in the list."""
+    """Return the entries that are the same person as an earlier one in the list."""
     return [
         person
         for k, person in enumerate(people)

@@ -21,7 +21,7 @@ from mossar_adapters.pose.types import JOINTS
 
 _POINTS: Final = 39
 _CENTRE, _END = 33, 34  # of the next region: pose_landmarks_to_roi.pbtxt
-_PRESENT: Final = 0.5  # `min_tracking_confidence`: below it nobody is in the region any more
+_PRESENT: Final = 0.5  # `min_tracking_confidence`: below it the region has no person
 # Ours, for the first picture of a person: 0.96 and more in clips of people, up to 0.73 where the detector saw one in a test card.
 _FOUND: Final = 0.85
 # `RefineLandmarksFromHeatmapCalculator` of tensors_to_pose_landmarks_and_segmentation.pbtxt.
@@ -43,7 +43,7 @@ class Landmarks(msgspec.Struct, frozen=True):
     visible: NDArray[np.float64]
 
     def next_region(self) -> Region:
-        """Return where the person is in the next picture, if slow."""
+        """Return the region of the person, if slow, in the next picture."""
         return Region.around(self.pixels[_CENTRE], self.pixels[_END])
 
 
@@ -62,12 +62,12 @@ class Landmarker:
 
         Args:
             picture: (h, w, 3), BGR.
-            region: Where to look.
-            is_new: Whether only the detector says that somebody is there.
+            region: Region to search.
+            is_new: Whether only the detector reports a person there.
         """
         side = self._network.side
         matrix = region.to_picture(side)
-        # What is beyond the picture repeats its edge, as in the maker's; black moves legs that are out of sight.
+        # Beyond the picture its edge is repeated, as in the maker's code; black moves legs that are out of sight.
         part = crop(picture, matrix, side, border=cv2.BORDER_REPLICATE)
         self._network.run(part / np.float32(255.0))
         if not self._network.output(1)[0] > (_FOUND if is_new else _PRESENT):

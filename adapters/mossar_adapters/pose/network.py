@@ -59,7 +59,7 @@ class Network:
         self._interpreter.invoke()
 
     def output(self, *shape: int) -> NDArray[Any]:
-        """Return a copy of the output of this shape, without the batch of one: (1, a, b) is asked for as (a, b)."""
+        """Return a copy of the output of this shape, without the batch of one: pass (a, b) for (1, a, b)."""
         found: NDArray[Any] = self._interpreter.get_tensor(self._given[1, *shape])
         first: NDArray[Any] = found[0]
         return first
@@ -67,7 +67,7 @@ class Network:
 
 @contextlib.contextmanager
 def _standard_error_off() -> Iterator[None]:
-    """Let what the runtime writes to standard error go nowhere: it tells there that it started, whatever is set."""
+    """Discard the runtime's output to standard error: it reports its start there under all settings."""
     try:
         kept = os.dup(2)
     except OSError:  # standard error is closed

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from mossar_adapters.extras import needed
 from mossar_adapters.pose.types import PoseError
 
-# The library writes to standard error what we say in one line; -8 is its level "quiet".
+# The library writes its errors to standard error, which we report in one line; -8 is its level "quiet".
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 os.environ.setdefault("OPENCV_LOG_LEVEL", "OFF")
 
 USUAL_RATE: Final = 30.0  # Hz, of files that state none
-_RATES: Final = (0.1, 1000.0)  # Hz; what else a file states is damage
+_RATES: Final = (0.1, 1000.0)  # Hz; other rates in a file are damage
 Picture = NDArray[np.uint8]
 
 
@@ -25,7 +25,7 @@ class Video(msgspec.Struct, frozen=True):
     """The metadata of a video file.
 
     Args:
-        count: Pictures that it should have; 0 if it does not say.
+        count: Pictures that it should have; 0 if it states none.
         fps: Mean rate, Hz.
     """
 
@@ -61,7 +61,7 @@ def describe(path: Path) -> Video:
 
 
 def pictures(path: Path) -> Iterator[tuple[Picture, float]]:
-    """Yield the pictures of a video, (h, w, 3) BGR, turned as it says they are to be shown, with their times, s.
+    """Yield the pictures of a video, (h, w, 3) BGR, turned as the video states, with their times, s.
 
     Times increase; where a file gives none, or one that does not, the mean rate goes on.
 

@@ -17,7 +17,7 @@ _LEAST_STEP: Final = 1e-4  # s
 
 
 class OneEuro:
-    """Filters an array of values that come one after the other.
+    """Filters an array of successive values.
 
     Args:
         cutoff: Least cut-off frequency, Hz.
@@ -36,7 +36,7 @@ class OneEuro:
         Args:
             value: Of any shape, the same each time.
             time: s, later each time.
-            scale: What the value's unit is to be multiplied with before speeds are compared.
+            scale: Factor of the value's unit before speeds are compared.
         """
         if self._raw is None:
             self._value, self._slope = value, np.zeros_like(value)

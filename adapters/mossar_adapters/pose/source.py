@@ -1,6 +1,6 @@
 """A webcam as a source: people before it, estimated on this computer, `webcam:`.
 
-Each person has the 33 joints of BlazePose; axes as in `types.Body`. A picture without anybody gives no frame, so that
+Each person has the 33 joints of BlazePose; axes as in `types.Body`. A picture without a person gives no frame, so that
 an empty room gives no event. Pictures are neither stored nor sent: they stay in this process until the next one comes.
 """
 
@@ -37,14 +37,14 @@ OPTIONS: Final = {
 BROWSER: Final = "browser"  # in place of a number: the camera of the browser, on the page of `mossar view`
 _RATES: Final = (1.0, 240.0)  # Hz
 _SIDES: Final = (64, 8192)  # pixels
-_IDLE: Final = 0.1  # s without anything after which the reader is told so
+_IDLE: Final = 0.1  # s without items after which the reader gets None
 _SHORTEST_PAUSE, _LONGEST_PAUSE = 0.5, 10.0  # s between two attempts to get a lost camera back
 
 _log = logging.getLogger("mossar.webcam")
 
 
 class WebcamCounters(Counters):
-    """What came from the camera: `received` counts pictures.
+    """Counters of the camera: `received` counts pictures.
 
     Args:
         people: People in all pictures.
@@ -129,7 +129,7 @@ class WebcamSource:
         Args:
             address: Its options take precedence over the others.
             options: The user's fps.
-            slots: What slots are kept for; so many people are looked for, at most 4; for `nearest` and `first` 4.
+            slots: Choice of slots, which is also the number of people to find, at most 4; 4 for `nearest` and `first`.
 
         Raises:
             SettingsError: If an option is unknown or its value impossible; names the legal ones.
@@ -147,7 +147,7 @@ class WebcamSource:
 
     @property
     def preview(self) -> Callable[[], Seen | None] | None:
-        """What returns the latest picture, where the user asked for it; None where pictures are not kept."""
+        """Function that returns the latest picture, if the user wants it; None if pictures are not kept."""
         return (lambda: self.seen) if self.keeps_picture else None
 
     def keep_pictures(self) -> None:
@@ -177,7 +177,7 @@ class WebcamSource:
                 self._camera.close()
 
     def explain(self) -> str:
-        """Return one line that says why there may be no frames."""
+        """Return one line with a likely reason for missing frames."""
         count = self.counters
         text = self._doing
         if not text and not count.people:
@@ -187,7 +187,7 @@ class WebcamSource:
         return f"{self.name}: {text}" + (f"; last problem: {count.last_error}" if count.last_error else "")
 
     def close(self) -> None:
-        """Let the camera go; `items` ends soon after. May be called twice, and from any thread."""
+        """Release the camera; `items` ends soon after. May be called twice, and from any thread."""
         self._closing.set()
 
     def _newest(self) -> Taken | None:
@@ -254,7 +254,7 @@ class WebcamSource:
 
 
 def _size(address: Address) -> tuple[int, int] | None:
-    """Return width and height that a URL asks for."""
+    """Return the width and height in a URL."""
     given = address.options.get("size")
     if given is None:
         return None
@@ -267,12 +267,12 @@ def _size(address: Address) -> tuple[int, int] | None:
 def wanted(
     address: Address, options: ReadOptions | None = None, slots: People | None = None
 ) -> tuple[CameraOptions, str, int]:
-    """Return the camera, the model and the number of people that a URL asks for.
+    """Return the camera, the model and the number of people in a URL.
 
     Args:
         address: `webcam:`, `webcam:1`, `webcam:/dev/video2`, with options.
         options: The user's fps.
-        slots: What slots are kept for; see `WebcamSource.from_address`.
+        slots: Choice of slots; see `WebcamSource.from_address`.
 
     Raises:
         SettingsError: If an option is unknown or its value impossible; names the legal ones.

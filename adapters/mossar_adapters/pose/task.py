@@ -1,7 +1,7 @@
 """The bundle that the maker's landmarker for browsers takes, made of the two networks.
 
-A `.task` is a zip archive, stored, of the detector and the landmarks. Each carries TFLite metadata, which say how
-pixels are to be scaled; without them the landmarker refuses it. They are a FlatBuffer of the schema
+A `.task` is a zip archive, stored, of the detector and the landmarks. Each carries TFLite metadata, with the scaling of
+pixels; without them the landmarker refuses it. They are a FlatBuffer of the schema
 `metadata_schema.fbs`, appended to the network as a buffer of the name TFLITE_METADATA.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from mossar_adapters.extras import needed
 from mossar_adapters.pose.weights import Weights
 
-# What (pixel - mean) / deviation gives: -1 to 1 for the detector, 0 to 1 for the landmarks.
+# Range of (pixel - mean) / deviation: -1 to 1 for the detector, 0 to 1 for the landmarks.
 _DETECTOR: Final = (127.5, 127.5)
 _LANDMARKS: Final = (0.0, 255.0)
 # Of metadata_schema.fbs: kinds in unions, numbers of fields in tables.
@@ -43,7 +43,7 @@ def write_task(weights: Weights, path: Path) -> None:
 
 
 def _described(path: Path, mean: float, deviation: float) -> bytes:
-    """Return a network with metadata that say how its pixels are scaled."""
+    """Return a network with metadata of the scaling of its pixels."""
     needed("ai_edge_litert", "webcam", "the camera of the browser (webcam:browser)")
     import flatbuffers
     from ai_edge_litert import schema_py_generated as schema

@@ -2,9 +2,9 @@
 
 World landmarks have the hips at the origin. Where these are relative to the camera follows from the picture: a body
 that takes up fewer pixels for each of its metres is farther away (weak perspective), and the place of the hips in the
-picture says in which direction.
+picture gives the direction.
 
-No camera says how wide it sees. `FIELD` is that of usual webcams; with another one the distance is wrong by a constant
+No camera states its field of view. `FIELD` is that of usual webcams; with another one the distance is wrong by a constant
 factor, sideways and upward travel is not, for it depends on pixels for each metre alone.
 """
 
@@ -19,8 +19,8 @@ from mossar_adapters.pose.smoothing import OneEuro
 from mossar_adapters.pose.types import HIPS
 
 FIELD: Final = math.radians(60.0)  # across the longer side of the picture
-# The scale hangs on how long the body is taken to be, picture by picture, and an error of 1 % is 3 cm at 3 m. So it
-# follows slowly: nobody comes nearer or goes away by more than a few percent in a tenth of a second.
+# The scale depends on the estimated length of the body in each picture; an error of 1 % is 3 cm at 3 m. It therefore follows
+# slowly: no person comes nearer or goes away by more than a few percent in a tenth of a second.
 _SCALE: Final = (0.3, 1.0)  # Hz, Hz for each e-fold/s, of a One-Euro filter
 _NEAREST: Final = 1.0  # pixels for each metre; less is damage
 
@@ -32,7 +32,7 @@ class Travel:
         self._scale = OneEuro(*_SCALE)
 
     def hips(self, found: Landmarks, time: float, size: tuple[int, int]) -> NDArray[np.float64]:
-        """Return where the middle of the hips is, (3,) metres: x right, y down, z away from the camera.
+        """Return the middle of the hips, (3,) metres: x right, y down, z away from the camera.
 
         Args:
             found: Of the person.

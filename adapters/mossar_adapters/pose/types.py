@@ -28,7 +28,7 @@ class Body(msgspec.Struct, frozen=True):
         number: From 1; stays while the person is followed.
         positions: (33, 3) float32, metres: x to the right of the picture, y up, z towards the camera; the camera is
             the origin.
-        confidence: (33,) float32, how likely each joint is to be visible, 0 to 1.
+        confidence: (33,) float32, probability that each joint is visible, 0 to 1.
         pixels: (33, 2) float32, where the joints are in the picture.
     """
 
@@ -38,7 +38,7 @@ class Body(msgspec.Struct, frozen=True):
     pixels: NDArray[np.float32]
 
 
-class CameraLost(PoseError):  # noqa: N818 - it is what happened
+class CameraLost(PoseError):  # noqa: N818 - it names the event
     """A camera that worked gives no more pictures."""
 
 

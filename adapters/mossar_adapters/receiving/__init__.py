@@ -1,1 +1,1 @@
-"""From what a wire carries to frames: admission of senders, names, times, and chunks."""
+"""From messages of a wire to frames: admission of senders, names, times, and chunks."""

@@ -1,7 +1,7 @@
 """Admission: whose datagrams are read. The first step from a wire to the pipeline.
 
-Refused are hosts that the user did not allow, and most of what senders of nothing but rubbish send, so that others
-are heard.
+It refuses hosts that the user did not allow, and most messages of senders without any valid one, to leave room for
+other senders.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ class Admission:
 
     Args:
         address: Its option `allow` lists numbers and networks: `192.168.0.7,10.0.0.0/8`; without it all are allowed.
-        counters: The source's: what is refused is counted.
+        counters: The source's; they count refused messages.
 
     Raises:
         SettingsError: If one of the numbers is no IP number.
@@ -48,7 +48,7 @@ class Admission:
         return True
 
     def judge(self, host: str, port: int, *, sound: bool) -> None:
-        """Take note of whether an admitted datagram held something that could be used."""
+        """Note whether an admitted datagram held something that could be used."""
         self._nuisances.judge((host, port), sound=sound)
 
 
@@ -112,7 +112,7 @@ class Nuisances:
         return count % _TRIAL != 0
 
     def judge(self, sender: tuple[str, int], *, sound: bool) -> None:
-        """Take note of whether a datagram could be used."""
+        """Note whether a datagram could be used."""
         if sound:
             self._rubbish.pop(sender, None)
             return

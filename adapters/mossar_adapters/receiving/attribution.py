@@ -13,7 +13,7 @@ MOST_WAITING: Final = 512  # datagrams
 
 
 class Sent(Protocol):
-    """What came in one piece from a port."""
+    """A datagram from a port."""
 
     @property
     def host(self) -> str:
@@ -25,7 +25,7 @@ class Sent(Protocol):
 
     @property
     def arrival(self) -> float:
-        """When it came, s."""
+        """Time of arrival, s."""
 
 
 Piece = TypeVar("Piece", bound=Sent)
@@ -48,7 +48,7 @@ class Attribution(Generic[Piece]):
         return bool(self._waiting)
 
     def put(self, piece: Piece) -> list[tuple[Piece, str]]:
-        """Return the datagrams whose senders are known with this one, and what distinguishes each sender."""
+        """Return the datagrams whose senders are known with this one, and the key of each sender."""
         suffix = self._senders.suffix(piece.host, piece.port, piece.arrival)
         if suffix is None:
             self._waiting.append(piece)

@@ -1,7 +1,7 @@
 """Batching: poses of many performers, announced, timed and put together into chunks.
 
-The last step from a wire to the pipeline, and the same for all wires. Here it is decided which skeleton a performer
-has, which time a frame gets, and what goes on together.
+The last step from a wire to the pipeline, and the same for all wires. It decides on the skeleton of a performer, the
+time of a frame, and the frames of a chunk.
 """
 
 import logging
@@ -25,7 +25,7 @@ from mossar_adapters.source import Departure, Meta
 from mossar_stream import FrameError, Frames, Skeleton, narrow
 
 MAX_PERFORMERS = 256  # known at a time
-FARTHEST = 1e5  # m; whatever is farther away is damage: as for the core
+FARTHEST = 1e5  # m; a coordinate beyond this is damage, as in the core
 
 _log = logging.getLogger("mossar.source")
 
@@ -45,14 +45,14 @@ class _Line(msgspec.Struct):
 
 
 class Batch:
-    """Collects what arrived since the reader last looked, and hands it out in order for each performer.
+    """Collects arrivals since the reader's last look, and hands them out in order for each performer.
 
     Args:
         fps: Rate in Hz: frames without a time of their own get frame number / fps instead of their arrival, steadied.
             So do those of a sender whose clock does not run.
-        counters: Where frames are counted that get another time than the sender's.
-        note: Receives what people should know of a sender's clock, a line each; without it, they are logged.
-        piped: Whether arrivals may say nothing, as those of a file that is read through a pipe.
+        counters: They count frames that get another time than the sender's.
+        note: Receives notes on a sender's clock, a line each; without it, they are logged.
+        piped: Whether times of arrival may be meaningless, as those of a file that is read through a pipe.
     """
 
     def __init__(
@@ -111,7 +111,7 @@ class Batch:
         return ready
 
     def came(self, performer: str) -> float | None:
-        """Return when the latest frame of a performer arrived, s on the clock of arrivals; None if there is none."""
+        """Return the arrival of a performer's latest frame, s on the clock of arrivals; None if there is none."""
         line = self._lines.get(performer)
         return None if line is None else line.arrival
 
@@ -121,7 +121,7 @@ class Batch:
         self._verdicts.pop(sender, None)
 
     def _assumed(self, pose: Pose) -> Meta:
-        """Return what is taken for granted of a performer whose skeleton was not described."""
+        """Return the assumed meta of a performer whose skeleton was not described."""
         other = self._described.get(len(pose.positions))
         if other is not None:
             return msgspec.structs.replace(other, performer=pose.performer)
@@ -244,7 +244,7 @@ def _differ(one: Pose, other: Pose) -> bool:
 
 
 def _sane(poses: list[NDArray[np.float64] | NDArray[np.float32]]) -> NDArray[Any]:
-    """Return poses as (n, J, 3), without what is damage."""
+    """Return poses as (n, J, 3), without damaged coordinates."""
     positions: NDArray[Any] = np.array(poses)
     if not float(np.abs(positions).max()) < FARTHEST:  # most frames are whole: one look is enough
         with np.errstate(invalid="ignore"):

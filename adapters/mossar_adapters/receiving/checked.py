@@ -38,11 +38,11 @@ _log = logging.getLogger("mossar.source")
 
 
 class _Line(msgspec.Struct):
-    """What is known of one performer."""
+    """State of one performer."""
 
     meta: Meta
     watched: bool  # whether a joint is still to be judged
-    factor: float | None = None  # what positions are multiplied with, None until it is decided
+    factor: float | None = None  # factor of positions, None until it is decided
     held: list[Frames] = msgspec.field(default_factory=list)
     seen: list[NDArray[Any]] = msgspec.field(default_factory=list)
     looks: int = 0
@@ -56,7 +56,7 @@ class CheckedSource:
     `HELD` frames, which wait so long. A joint that is no part of the body is named in a new `Meta`. Frames keep it.
 
     Args:
-        source: Where frames come from.
+        source: Source of the frames.
         options: The user's unit and centre take precedence.
     """
 
@@ -70,7 +70,7 @@ class CheckedSource:
         return getattr(self._source, name)
 
     def items(self) -> Iterator[Item]:
-        """Yield what comes, checked."""
+        """Yield the items, checked."""
         for item in self._source.items():
             if isinstance(item, Meta):
                 yield from self._release(item.performer)
@@ -117,7 +117,7 @@ class CheckedSource:
         line.held = []
 
     def _measure(self, line: _Line, frames: Frames) -> None:
-        """Decide what positions are multiplied with, if the body can be measured."""
+        """Decide on the factor of positions, if the body can be measured."""
         waiting = [*line.held, frames]
         tall = self._height(line, waiting)
         factor = fitting_factor(tall, limits_of(body_skeleton(line.meta.skeleton, line.reference).names))
@@ -137,7 +137,7 @@ class CheckedSource:
         line.factor = 1.0 if factor is None or given else factor
 
     def _judged(self, line: _Line, frames: Frames) -> Iterator[Item]:
-        """Yield what comes before the frames if they show that a joint is no part of the body."""
+        """Yield the items to come before the frames if these show that a joint is no part of the body."""
         line.seen.append(frames.positions)
         count = sum(map(len, line.seen))
         if count < LOOKS[line.looks]:
@@ -180,7 +180,7 @@ class BodySource:
     """Passes on a source without the joints that are no part of the body.
 
     Args:
-        source: Where frames come from.
+        source: Source of the frames.
     """
 
     def __init__(self, source: Source) -> None:
@@ -201,7 +201,7 @@ class BodySource:
         cast("Orders", self._source).in_order = in_order
 
     def items(self) -> Iterator[Item]:
-        """Yield what comes, without those joints."""
+        """Yield the items, without those joints."""
         for item in self._source.items():
             if isinstance(item, Meta):
                 self._joints[item.performer] = body_joints(item.skeleton, item.reference)

@@ -18,7 +18,7 @@ PRESENT: Final = 2.0  # s since the latest frame; after a longer silence a clock
 
 
 class _Clock(msgspec.Struct):
-    """The clock of a sender: its latest frame, and what is added to its times."""
+    """The clock of a sender: its latest frame, and the offset of its times."""
 
     time: float  # s, as sent
     arrival: float  # s
@@ -48,7 +48,7 @@ class Clocks:
         Args:
             sender: Which.
             sent: The frame's time on the sender's clock, s.
-            arrival: When it came, s.
+            arrival: Time of arrival, s.
         """
         clock = self._clocks.get(sender)
         shared = sent if self._ahead is None else arrival + self._ahead

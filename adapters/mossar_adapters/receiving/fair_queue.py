@@ -1,4 +1,4 @@
-"""A queue of many clients whose turns come one after the other, so that one that floods delays only itself."""
+"""A queue of many clients that take turns, so that one that floods delays only itself."""
 
 import threading
 from collections import OrderedDict, deque
@@ -31,7 +31,7 @@ class FairQueue(Generic[Kept]):
         self._changed = threading.Condition()
 
     def put(self, client: object, message: Kept) -> int:
-        """Add a message of a client, and return how many had to go for it."""
+        """Add a message of a client, and return the number of dropped ones."""
         with self._changed:
             dropped = self._make_room()
             self._waiting.setdefault(client, deque()).append(message)
@@ -54,7 +54,7 @@ class FairQueue(Generic[Kept]):
             return message
 
     def _make_room(self) -> int:
-        """Drop the oldest message of the client with most, but never the only one: it may say that the client left."""
+        """Drop the oldest message of the client with most, but never the only one: it may report that the client left."""
         if self._count < self._most:
             return 0
         longest = max(self._waiting.values(), key=len)

@@ -26,16 +26,18 @@ _log = logging.getLogger("mossar.source")
 
 
 class _Owner(msgspec.Struct):
-    """Who has a name."""
+    """The owner of a name."""
 
     connection: str
     heard: float  # s, when the name was used last
 
 
 class _Connection(msgspec.Struct):
-    """What is known of a connection."""
+    """State of a connection."""
 
-    names: OrderedDict[str, str] = msgspec.field(default_factory=OrderedDict)  # given, by what it says
+    names: OrderedDict[str, str] = msgspec.field(
+        default_factory=OrderedDict
+    )  # given names, by those that it uses
     left: float = AT_ONCE  # new names that it may use
     looked: float = float("-inf")  # s
 
@@ -60,8 +62,8 @@ class Owners:
         """Return the name of a performer.
 
         Args:
-            connection: Which one speaks of it.
-            said: What it calls the performer.
+            connection: The connection.
+            said: Its name of the performer.
             now: s.
 
         Raises:
@@ -102,7 +104,7 @@ class Owners:
         return given
 
     def _free(self, said: str, now: float) -> str:
-        """Return the name, or the next one, that nobody has or that was not used lately."""
+        """Return the name, or the next one, that is free or was not used lately."""
         numbered = said[1:].isdecimal() and said[:1] == "p"
         following = (f"p{n}" if numbered else distinct_name(f"{said}_{n}") for n in itertools.count(2))
         return next(name for name in itertools.chain([said], following) if self._is_free(name, now))

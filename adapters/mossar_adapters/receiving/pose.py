@@ -12,16 +12,16 @@ _LATEST = 1e19  # s, or units of a clock that counts nanoseconds since 1970
 
 
 class Pose(msgspec.Struct):
-    """Where the joints of one performer are at one moment.
+    """Positions of the joints of one performer at one moment.
 
     Args:
         performer: Name.
         positions: (J, 3), metres, NaN where missing.
-        arrival: When it came, s.
+        arrival: Time of arrival, s.
         time: The sender's time, s, or None.
         confidence: (J,) or None.
         skeleton: Of these positions; None for the one announced before.
-        unit: What one unit of the original was taken for.
+        unit: Assumed unit of the original.
         sender: Distinguishes the senders of a source, each with a clock of its own.
     """
 

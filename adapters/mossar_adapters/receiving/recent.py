@@ -12,13 +12,13 @@ Kept = TypeVar("Kept")
 
 
 class Recent(Generic[Kept]):
-    """What is kept of each sender or performer, by name, least recently heard first.
+    """A record of each sender or performer, by name, least recently heard first.
 
     A flood of new names never takes the place of one that still sends: it is refused instead.
 
     Args:
-        most: How many are kept.
-        what: They are, in the plural, for messages.
+        most: Largest number of records.
+        what: Plural of their subject, for messages.
     """
 
     def __init__(self, most: int, what: str) -> None:
@@ -30,11 +30,11 @@ class Recent(Generic[Kept]):
         return len(self._kept)
 
     def get(self, name: str) -> Kept | None:
-        """Return what is kept under a name."""
+        """Return the record of a name."""
         return self._kept.get(name)
 
     def hear(self, name: str, now: float) -> Kept | None:
-        """Return what is kept under a name, which is heard now, s."""
+        """Return the record of a name, which is heard now, s."""
         found = self._kept.get(name)
         if found is not None:
             self._kept.move_to_end(name)
@@ -63,7 +63,7 @@ class Recent(Generic[Kept]):
         return kept
 
     def pop(self, name: str) -> Kept:
-        """Forget a name and return what was kept.
+        """Forget a name, and return its record.
 
         Raises:
             KeyError: If it is not known.
@@ -72,9 +72,9 @@ class Recent(Generic[Kept]):
         return self._kept.pop(name)
 
     def items(self) -> ItemsView[str, Kept]:
-        """Return names and what is kept, the one that has been silent longest first."""
+        """Return names and records, the one that has been silent longest first."""
         return self._kept.items()
 
     def values(self) -> ValuesView[Kept]:
-        """Return what is kept, that of the one that has been silent longest first."""
+        """Return the records, that of the name that has been silent longest first."""
         return self._kept.values()

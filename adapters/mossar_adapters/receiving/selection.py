@@ -1,4 +1,4 @@
-"""What a user wants of a source whose skeletons are known only while it runs: joints, root, one performer."""
+"""The user's selection from a source whose skeletons are known only while it runs: joints, root, one performer."""
 
 import logging
 from collections.abc import Iterator
@@ -24,14 +24,14 @@ class SelectedSource:
     """Passes on some of a source; everything else about it (counters, explain, pacer) is the source's own.
 
     Args:
-        source: Where frames come from.
+        source: Source of the frames.
         options: `joints`, `root` and `performer` count here.
     """
 
     def __init__(self, source: Source, options: ReadOptions) -> None:
         self._source = source
         self._options = options
-        self._others: set[str] = set()  # performers that are not wanted, as far as they were logged
+        self._others: set[str] = set()  # unwanted performers that were logged
         # The joints that are wanted of each performer, by number; none for all, None if it lacks one.
         self._joints: Newest[str, NDArray[np.intp] | None] = Newest(_NAMES)
         self.name, self.live = source.name, source.live
@@ -40,7 +40,7 @@ class SelectedSource:
         return getattr(self._source, name)
 
     def items(self) -> Iterator[Item]:
-        """Yield what is wanted.
+        """Yield the selected items.
 
         Raises:
             FrameError: If the first performer lacks a joint or the root, or the root is none of the joints. Later
@@ -64,7 +64,7 @@ class SelectedSource:
         if isinstance(item, Meta):
             return self._announced(item)
         if isinstance(item, Occupant) and item.performer not in self._joints:
-            return item  # who is in a slot comes before its skeleton
+            return item  # the occupant of a slot comes before its skeleton
         joints = self._joints.get(item.performer)
         if joints is None:
             return None

@@ -33,7 +33,7 @@ MOST_HELD: Final = 64  # frames
 LONGEST_HELD: Final = 0.5  # s
 _PATIENCE: Final = 0.1  # s without a frame after which those held back may go on,
 _MISSED: Final = 3  # and as many times from frame to frame
-USUAL_RATE: Final = 30.0  # Hz, of frames whose arrivals say nothing
+USUAL_RATE: Final = 30.0  # Hz, of frames with meaningless arrivals
 _STANDING: Final = 4  # standing steps; fewer are frames that were sent twice
 _OFTEN: Final = 8  # in the long run, if they are more than one in so many
 _SPAN: Final = 128  # steps, of the long run
@@ -44,7 +44,7 @@ _LEAP: Final = 0.25  # s
 _FASTER: Final = 4.0  # times the arrivals: replays up to this speed look right
 _CREEP: Final = 0.004  # s; a step below it that is also a tenth of the arrivals' hardly moves
 _NO_SECONDS: Final = 1e11  # later than any date: Unix time in ms has 12 digits or more before the point
-_TOGETHER: Final = 1e-3  # s; frames that come in less were kept somewhere: their arrivals say nothing
+_TOGETHER: Final = 1e-3  # s; frames that come in less were kept somewhere: their arrivals are meaningless
 UNITS: Final = {"milliseconds": 1e-3, "microseconds": 1e-6, "ticks of 100 ns": 1e-7, "nanoseconds": 1e-9}
 _RATES: Final = (5.0, 250.0)  # Hz of senders of poses
 _SPANS: Final = 2  # in a row, of half a second, in which the rates differ
@@ -57,7 +57,7 @@ Kept = TypeVar("Kept")
 
 
 class Verdict(msgspec.Struct):
-    """What is known of a sender's clock; all its performers share it.
+    """State of a sender's clock; all its performers share it.
 
     Args:
         unit: Seconds per unit of its times.
@@ -86,7 +86,7 @@ class SenderClock(Generic[Kept]):
         differs: Whether two frames show different poses; asked only about frames with the same time.
         note: Receives one line for people when the verdict changes.
         rate: Hz at which frames are counted where the sender's clock does not run, in place of the arrivals.
-        piped: Whether arrivals may say nothing, as those of a file that is read through a pipe.
+        piped: Whether times of arrival may be meaningless, as those of a file that is read through a pipe.
 
     Example:
         >>> clock = SenderClock(Verdict(), lambda a, b: a != b, lambda text: None)
@@ -134,7 +134,7 @@ class SenderClock(Generic[Kept]):
         Args:
             kept: The frame.
             sent: Its time on the sender's clock.
-            arrival: When it came, s.
+            arrival: Time of arrival, s.
         """
         frame = _Held(kept, sent, arrival)
         if self.verdict.ahead is not None:
@@ -142,7 +142,7 @@ class SenderClock(Generic[Kept]):
         before, self._latest = self._latest, frame
         if before is None:
             if self.verdict.unit == 1.0 and abs(sent) >= _NO_SECONDS:
-                self._held.append(frame)  # no seconds; the steps to come show what it is
+                self._held.append(frame)  # no seconds; the next steps show its unit
                 return []
             return self._by_sender([frame])
         step = (sent - before.sent) * self.verdict.unit
@@ -221,7 +221,7 @@ class SenderClock(Generic[Kept]):
         return True
 
     def _decided(self, *, last: bool = False) -> list[tuple[Kept, float]]:
-        """Return the frames held back if it is clear what their times are; at last in any case."""
+        """Return the frames held back if the unit of their times is clear; at last in any case."""
         count = len(self._held)
         full = last or count >= MOST_HELD or self._held[-1].arrival - self._held[0].arrival >= LONGEST_HELD
         often = self._long[0] >= _OFTEN and self._long[0] * _OFTEN >= self._long[1]

@@ -1,4 +1,4 @@
-"""Who sends: names for performers, one set per sender.
+"""Senders: names for performers, one set per sender.
 
 Protocols without performer ids have one performer per sender: `p1`, `p2` and so on, in the order in which they are
 heard. With ids, the first sender's performers have plain names, those of others carry the sender's address. A sender
@@ -25,7 +25,7 @@ class Senders:
     """Names the performers of several senders.
 
     Args:
-        base: What the user calls the performer, or None.
+        base: The user's name of the performer, or None.
     """
 
     def __init__(self, base: str | None = None) -> None:
@@ -37,14 +37,14 @@ class Senders:
         self._first: str | None = None  # host whose performers have plain names
 
     def suffix(self, host: str, port: int, now: float, until: float | None = None) -> str | None:
-        """Return what distinguishes this sender's performers from those of others; empty for the first sender.
+        """Return the suffix that distinguishes this sender's performers; empty for the first sender.
 
         None: a new port, of which the next datagrams of the host show whether it is another program's.
 
         Args:
             host: Of the sender.
             port: The same.
-            now: When its datagram came, s.
+            now: Time of its arrival, s.
             until: A later time until which nothing else came from the host, s.
         """
         if self._latest != (host, port):
@@ -114,7 +114,7 @@ class _Host:
         self._heard = float("-inf")  # s, when the latest of them came
 
     def heard(self, port: int, now: float) -> None:
-        """Take note of a datagram, which came at `now`, s."""
+        """Note a datagram, which came at `now`, s."""
         if port == self._main:
             self._count += 1
             self._heard = now
@@ -124,7 +124,7 @@ class _Host:
 
         Args:
             port: Of a datagram.
-            now: When it came, s.
+            now: Time of arrival, s.
             until: When nothing else had come, s.
         """
         if port == self._main:
@@ -154,7 +154,7 @@ class _Host:
         return False
 
     def _add(self, port: int) -> None:
-        """Take note of a port of another program."""
+        """Note a port of another program."""
         if len(self._others) == MAX_SENDERS:
             self._others.clear()
         self._others.add(port)

@@ -11,7 +11,7 @@ class Sequences:
     """The latest `seq` of each performer.
 
     Args:
-        counters: Where gaps are counted.
+        counters: They count gaps.
     """
 
     def __init__(self, counters: Counters) -> None:
@@ -19,7 +19,7 @@ class Sequences:
         self._latest: Newest[str, int] = Newest(_MAX_KNOWN)
 
     def count(self, performer: str, seq: int) -> None:
-        """Take note of a frame's number."""
+        """Note a frame's number."""
         latest = self._latest.get(performer)
         if latest is not None and 1 < seq - latest <= _RESTART:
             self._counters.gaps += seq - latest - 1

@@ -1,7 +1,7 @@
 """Steady times for frames whose arrival is all that is known.
 
-A camera takes its frames evenly; the computers between it and us deliver them unevenly, and what arrives late and
-then early looks like a body that brakes and jumps. So a line is laid through the arrivals, by least squares over
+A camera takes its frames evenly; the computers between it and us deliver them unevenly. Frames that arrive late and
+then early look like a body that brakes and jumps. A line is therefore laid through the arrivals, by least squares over
 those so far and then over about the last `MEMORY` (an expanding and then fading memory, in the words of N. Morrison,
 Introduction to Sequential Smoothing and Prediction, 1969), and a frame gets its place on the line.
 """
@@ -42,7 +42,7 @@ class Steady:
         """Return the time of the next frame, later than that of the frame before.
 
         Args:
-            arrival: When it came, s.
+            arrival: Time of arrival, s.
         """
         error = arrival - self._place - self._step
         if self._count < 2 or abs(error) > LOST:

@@ -16,7 +16,7 @@ def in_order_of_time(chunks: Iterable[Frames], performers: int) -> Iterator[Fram
 
     Args:
         chunks: Chunks, those of each performer in order.
-        performers: How many performers there are.
+        performers: Number of performers.
     """
     if performers == 1:
         yield from chunks

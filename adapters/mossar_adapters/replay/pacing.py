@@ -66,7 +66,7 @@ class Pacer:
                 self._paused_at = time.monotonic()
 
     def resume(self) -> None:
-        """Go on where `pause` stopped."""
+        """Continue after `pause`."""
         with self._lock:
             if self._paused_at is not None and self._origin is not None:
                 self._origin += time.monotonic() - self._paused_at

@@ -24,13 +24,13 @@ class Recorder:
 
     Args:
         source: Read in a thread of its own.
-        sink: Where frames go; closed at the end.
+        sink: Receives the frames; closed at the end.
         seconds: Stop after so much time of the stream; None for no limit.
     """
 
     def __init__(self, source: Source, sink: FrameSink, seconds: float | None = None) -> None:
         self.frames = 0
-        self.error: Exception | None = None  # what ended the source
+        self.error: Exception | None = None  # error that ended the source
         self._sink = sink
         self._seconds = seconds
         self._inbox = Inbox([source.live])
@@ -73,7 +73,7 @@ class Recorder:
         self._stopping = True
 
     def _write(self, frames: Frames) -> float:
-        """Write frames up to the end that was asked for; return the seconds so far."""
+        """Write frames up to the wanted end; return the seconds so far."""
         self._first = float(frames.times[0]) if self._first is None else self._first
         if self._seconds is not None:
             kept = int((frames.times - self._first < self._seconds).sum())

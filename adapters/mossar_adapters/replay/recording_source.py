@@ -12,7 +12,7 @@ from mossar_stream import Frames, performer_name
 
 LOOP_PAUSE: Final = 1.5  # s between two rounds: longer than `max_pause`, so that receivers begin a new take
 
-_IDLE: Final = 0.1  # s without frames after which a live source says so
+_IDLE: Final = 0.1  # s without frames after which a live source yields None
 
 
 class RecordingSource:

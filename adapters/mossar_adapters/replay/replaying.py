@@ -17,7 +17,7 @@ class MotionSink(Protocol):
     """A sink of frames that can send rotations instead."""
 
     def announce_motion(self, motion: JointMotion) -> None:
-        """Take note of a recording with rotations."""
+        """Note a recording with rotations."""
 
     def send_motion(self, chunk: MotionChunk) -> None:
         """Hand rotations over."""
@@ -28,7 +28,7 @@ class Replay:
 
     Args:
         source: Paces itself.
-        sinks: Where frames go.
+        sinks: Receive the frames.
         motion: Rotations of the same recording, for sinks that send them; None if it has none.
     """
 
@@ -71,7 +71,7 @@ class Replay:
 
 
 class _Rows:
-    """Hands the frames of a motion out, as many as are asked for, again and again."""
+    """Hands out the frames of a motion, again and again, in the wanted numbers."""
 
     def __init__(self, motion: JointMotion) -> None:
         self._motion = motion

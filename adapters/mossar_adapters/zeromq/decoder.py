@@ -16,7 +16,7 @@ from mossar_stream import FrameError, Frames
 
 
 class ZmqMessage(NamedTuple):
-    """What came in one piece: its parts, and when (s since the socket opened)."""
+    """A message: its parts, and the time of arrival (s since the socket opened)."""
 
     parts: Sequence[bytes]
     arrival: float

@@ -23,13 +23,13 @@ CURVE_OPTIONS = {
     "clients": "folder with the CURVE public keys (.key) of allowed clients",
 }
 MAX_MESSAGE = 1 << 17  # bytes; 1024 joints with confidence as JSON take 90 thousand
-HANDSHAKE_MS = 3000  # a connection that says nothing holds a descriptor as long
+HANDSHAKE_MS = 3000  # a silent connection holds a descriptor as long
 RECONNECT_MS, RECONNECT_MAX_MS = 50, 2000  # back-off between attempts
 LINGER_MS = 500  # a sender's last messages may take this long; a dead receiver costs no more
 
 
 def binds(address: Address) -> bool:
-    """Return whether the URL says bind."""
+    """Return whether the URL is one to bind."""
     return "bind" in address.scheme
 
 
@@ -44,7 +44,7 @@ def open_socket(
     Args:
         context: Its context.
         kind: `zmq.SUB`, `zmq.XPUB`, `zmq.REP`.
-        address: Where.
+        address: Address of the socket.
         options: Socket options; queue lengths only count if they are set before.
 
     Raises:
@@ -82,7 +82,7 @@ def bound_at(opened: zmq.Socket[bytes]) -> str:
 
 
 def can_read(opened: zmq.Socket[bytes]) -> bool:
-    """Return whether a message waits; asking costs half of what a failing attempt does."""
+    """Return whether a message waits; asking costs half as much as a failed attempt."""
     state: Any = opened.get(zmq.EVENTS)
     return bool(state & zmq.POLLIN)
 

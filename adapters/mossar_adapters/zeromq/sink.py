@@ -1,8 +1,8 @@
 """ZeroMQ sinks: PUB, as XPUB so that late joiners get the latest meta of every performer, and where each stands.
 
 Two parts: topic `mossar.<type>.<performer>.`, of a limb `mossar.limb.<type>.<performer>.`, and a msgpack map, or JSON with `?encoding=json`. A receiver that
-is too slow loses the newest messages; how many, only it can tell, by `seq` and `rev`: ZeroMQ says that a queue is
-full, once, and then leaves that receiver out until it has caught up. `dropped` counts how often that happened.
+is too slow loses the newest messages; only it can count them, by `seq` and `rev`: ZeroMQ reports a full queue once,
+and then leaves that receiver out until it has caught up. `dropped` counts these reports.
 """
 
 import logging
@@ -127,7 +127,7 @@ class Publisher:
     """An XPUB socket with the latest metas.
 
     Args:
-        address: Where.
+        address: Address of the socket.
     """
 
     def __init__(self, address: Address) -> None:
@@ -181,10 +181,10 @@ class Publisher:
         """Publish, and return whether all subscribers get it."""
         try:
             self._socket.send_multipart((topic, data), zmq.NOBLOCK)
-        except zmq.Again:  # a subscriber's queue is full: only with this option does ZeroMQ tell
+        except zmq.Again:  # a subscriber's queue is full: ZeroMQ reports it with this option only
             if not self._logged:
                 self._logged = True
-                _log.warning("%s: a receiver is too slow; what it has no room for is lost to it", self._name)
+                _log.warning("%s: a receiver is too slow; it loses messages", self._name)
             self._socket.setsockopt(zmq.XPUB_NODROP, 0)
             try:
                 self._socket.send_multipart((topic, data), zmq.NOBLOCK)  # to the others

@@ -27,7 +27,7 @@ OPTIONS = {
 }
 POLL_MS = 100
 DRAIN = 512  # messages read before their frames are handed on
-_SKIPPING = 2.0  # s at most in which what waits is discarded; a sender may be as quick as this
+_SKIPPING = 2.0  # s at most to discard waiting messages; a sender may be as quick as this
 QUEUE = 4096  # messages kept by ZeroMQ while the program is busy; half a gigabyte at worst
 
 
@@ -120,7 +120,7 @@ class ZmqSource:
         return time.monotonic() - self._opened
 
     def _waiting(self) -> Iterator[ZmqMessage]:
-        """Yield what waits to be read, at most `DRAIN` messages."""
+        """Yield the waiting messages, at most `DRAIN`."""
         for _ in range(DRAIN):
             if not can_read(self._socket):
                 return

@@ -20,7 +20,7 @@ cdef struct BlockSum:
 
 cdef struct Twins:  # Groups of vertices that can be swapped without changing a path's weight; vertex 0 stays alone.
     int64_t count  # of groups
-    double states  # ways to choose how many members of each group a path covers
+    double states  # choices of the numbers of members of each group that a path covers
     int64_t size[MOST_VERTICES]  # (count,) number of members of each group
     int64_t member[MOST_VERTICES]  # (count,) one of them
     int64_t other[MOST_VERTICES]  # (count,) another one, or the same
@@ -92,7 +92,7 @@ cdef void find_twins(const Block* block, Twins* twins) noexcept nogil:
 
 
 cdef bint _are_twins(const Block* block, int64_t u, int64_t v) noexcept nogil:
-    """Tell whether two vertices have equal weights and equal edges to all others."""
+    """Return whether two vertices have equal weights and equal edges to all others."""
     cdef int64_t w, n = block.count
     if (block.near[u] & ~bit(v)) != (block.near[v] & ~bit(u)):
         return False
@@ -107,7 +107,7 @@ cdef bint _are_twins(const Block* block, int64_t u, int64_t v) noexcept nogil:
 cdef BlockSum subset_sum(const Block* block, const Twins* twins, void* room) noexcept nogil:
     """Sum the paths of a block by the sets they cover.
 
-    A set says how many members of each group of twins are covered. ``sums[S, g]`` is the weight of all paths that
+    A set is the number of covered members of each group of twins. ``sums[S, g]`` is the weight of all paths that
     cover the set S and end in the group g, without the weight of that end. Few sets of a sparse graph are covered
     by any path, so the groups where one ends are kept as bits of ``live[S]``.
 
@@ -179,5 +179,5 @@ cdef inline int64_t _states(const Twins* twins) noexcept nogil:
 
 
 cdef inline size_t subset_room(const Twins* twins) noexcept nogil:
-    """Return how many bytes `subset_sum` needs: a set of groups and a number for each of them, for each state."""
+    """Return the bytes that `subset_sum` needs: a set of groups and a number for each of them, for each state."""
     return <size_t>_states(twins) * (1 + <size_t>twins.count) * sizeof(double)

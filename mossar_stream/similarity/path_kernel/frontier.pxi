@@ -1,6 +1,6 @@
 """The exact sum over the paths of a large sparse block by a frontier programme (see `path_sum.pxi`).
 
-The vertices are settled one by one. A state says how the edges chosen at the settled vertices meet the
+The vertices are settled one by one. A state describes how the edges chosen at the settled vertices meet the
 frontier, the vertices that are not settled but have a settled neighbour. States that agree have the same
 futures, so only the sum of their weights is kept: this is Knuth's Simpath (The Art of Computer Programming
 4A, exercise 7.1.4-225), with free ends and with weights in place of a decision diagram. The number of states
@@ -12,7 +12,7 @@ states lie in an open-addressing hash table whose size is a power of two.
 
 cdef enum:
     FRONTIER_SLOTS = 13  # four bits each, and two for the number of ends, in one state
-    # What a slot of the frontier says of its vertex.
+    # Codes of a vertex in a slot of the frontier.
     UNUSED = 0  # on no path yet
     INNER = 1  # both its edges are chosen
     LOOSE = 2  # one tip of a piece whose other tip is a settled end of the path
@@ -35,7 +35,7 @@ cdef struct PathState:
 cdef struct States:  # A table of states.
     PathState* at
     int64_t size  # a power of two
-    int64_t many  # how many there are
+    int64_t many  # number of them
 
 
 cdef struct Vertex:  # The vertex that is settled, and the edges from it that are not.
@@ -72,7 +72,7 @@ cdef (double, int64_t) elimination_order(const Block* block, int64_t* order) noe
 cdef (double, int64_t) _greedy_order(
     const Block* block, int64_t start, double limit, int64_t* order
 ) noexcept nogil:
-    """Settle from `start` on whatever adds fewest vertices to the frontier; give up at the limit."""
+    """Settle, from `start` on, the vertex that adds fewest others to the frontier; give up at the limit."""
     cdef double states, cost = 0.0
     cdef uint64_t rest, new, frontier = bit(start)
     cdef uint64_t fresh = ~frontier  # neither settled nor on the frontier
@@ -238,12 +238,12 @@ cdef bint _settle(
 
 
 cdef inline int64_t _code(uint64_t key, int64_t slot) noexcept nogil:
-    """Return what a state says of a slot."""
+    """Return the code of a slot in a state."""
     return key >> 4 * slot & CODE
 
 
 cdef inline int64_t _mate(int64_t code) noexcept nogil:
-    """Return the other tip of a piece, given what one tip's slot says."""
+    """Return the other tip of a piece, given the code of one tip's slot."""
     return SETTLED_END if code == LOOSE else code - FIRST_MATE
 
 
@@ -283,7 +283,7 @@ cdef void _extend(
 cdef void _join(
     States* after, BlockSum* complete, uint64_t key, int64_t tip, int64_t other, double x, double slope
 ) noexcept nogil:
-    """Let a piece reach from one tip to another.
+    """Join a piece between two tips.
 
     Tips are slots or SETTLED_END; a piece with two settled ends is a complete path and counted.
 

@@ -1,4 +1,4 @@
-"""Segment graph: what the paper's path kernel sees of a segment (paper 2.2.1).
+"""Segment graph: a segment as the paper's path kernel compares it (paper 2.2.1).
 
 Vertices are the joints, each with its Temporal Pyramid Covariance (`pyramid.pxi`). Edges are the N joint pairs
 whose distance d changes most, by the relative range of joint relative distance
@@ -8,9 +8,9 @@ whose distance d changes most, by the relative range of joint relative distance
 over the segment. Both follow from sums that merge, so that no frame is kept.
 
 Where the paper is silent: a pair whose distance changes by less than 10 µm, or whose joints lie less than 1 mm apart on
-average, is no edge, because what it would say is rounding; a segment may therefore have fewer than N edges. RRJRD is
-rounded to 1e-9, and ties go to the earlier pair. So pairs that move alike, as those of mirrored or coinciding joints
-do, are chosen alike whatever the order of merges.
+average, is no edge, because its range would be rounding; a segment may therefore have fewer than N edges. RRJRD is
+rounded to 1e-9, and ties go to the earlier pair. The choice between pairs that move alike, such as those of mirrored or
+coinciding joints, therefore does not depend on the order of merges.
 """
 
 cdef enum:
@@ -25,7 +25,7 @@ cdef void add_distances(PathKernel* params, Doubles summary, FloatRows pose, dou
     """Add the distances of all joint pairs (i, i + k mod J), k = 1 … J/2, before the summary's duration.
 
     Rows of equal k over coordinates that are stored twice: contiguous, without index lists, so that it
-    vectorises. What stands in the place of padding joints is never read.
+    vectorises. The places of padding joints are never read.
 
     Args:
         params: Of the measure.
@@ -71,7 +71,7 @@ cdef inline void _store_twice(double* goal, const float* line, PathKernel* param
 
 
 cdef void rest_in_distances(PathKernel* params, Doubles summary, FloatRows pose, int64_t j) noexcept nogil:
-    """Let the distances of a joint have been as they are for as long as a summary lasts, which is not empty."""
+    """Add the present distances of a joint to a summary, not empty, as if they had been the same all the time."""
     cdef int64_t row, k, side, i, pair, joints = params.joints
     cdef float far
     for row in range(params.rows):

@@ -14,9 +14,9 @@ over the larger. Three forms, `kernel_form`:
 Where the paper is silent: a joint whose covariance is below 1e-12 m² (a micrometre) does not move; two joints that
 do not move are alike (1), one that moves and one that does not are not (0). Poses are weighted by the time they
 stand for, and one that stands for no time is left out. A joint that was not seen yet is no vertex (0) and has no edge.
-A segment that lasts no time says nothing: its strength is 0, as with every measure.
+A segment without a duration is no evidence: its strength is 0, as with every measure.
 
-A summary goes on, after the fields of `summary.pxi`, with what `set_params` (kernel.py) lays out: sums, lows and highs
+After the fields of `summary.pxi`, a summary has the parts that `set_params` (kernel.py) lays out: sums, lows and highs
 of the distances (`graph.pxi`), clock and bins of moments (`pyramid.pxi`), and of a closed segment the covariances of
 each joint and the list of edges. TERM is K of the segment with itself.
 """
@@ -52,7 +52,7 @@ cdef void path_kernel_add_pose(
 cdef void path_kernel_add_joint(
     PathKernel* params, Doubles summary, FloatRows pose, int64_t j
 ) noexcept nogil:
-    """Let a joint have rest where it is for as long as a summary lasts."""
+    """Add a joint to a summary as if it had rested at its present place all the time."""
     if summary.at[DURATION] > 0.0:
         rest_in_moments(params, summary, pose, j)
         rest_in_distances(params, summary, pose, j)
@@ -94,7 +94,7 @@ cdef double path_kernel_strength(PathKernel* params, Doubles left, Doubles right
     if params.form == SUM:
         return 1.0 / (1.0 + alike)
     most = sqrt(left.at[TERM] * right.at[TERM])
-    unlike = max(0.0, 1.0 - alike / most) if most > 0.0 else 0.0  # nobody was seen
+    unlike = max(0.0, 1.0 - alike / most) if most > 0.0 else 0.0  # no joint was seen
     if params.form == NORMALISED:
         return unlike
     return sqrt(left.at[DURATION] * right.at[DURATION] / (left.at[DURATION] + right.at[DURATION])) * unlike
@@ -103,7 +103,7 @@ cdef double path_kernel_strength(PathKernel* params, Doubles left, Doubles right
 cdef double path_kernel_similarity(
     PathKernel* params, double cost, Doubles left, Doubles right
 ) noexcept nogil:
-    """Return what the strength says of the kernel, in 0..1: K_ab / sqrt(K_aa K_bb), or K_ab / (1 + K_ab)."""
+    """Return the similarity of a strength, in 0..1: K_ab / sqrt(K_aa K_bb), or K_ab / (1 + K_ab)."""
     cdef double total, scale = 1.0
     if params.form == DAMPED:
         total = left.at[DURATION] + right.at[DURATION]

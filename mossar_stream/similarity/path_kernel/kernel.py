@@ -68,12 +68,12 @@ def traits() -> Traits:
 
 
 def takes_pose(_params: NDArray[np.void]) -> bool:
-    """Tell whether `add_frame` looks at the pose as one array: it does."""
+    """Return whether `add_frame` reads the pose as one array: it does."""
     return True
 
 
 def are_sound(params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
-    """Tell whether summaries from outside can be worked on: clocks and edges are used as indices.
+    """Return whether summaries from outside are valid: clocks and edges are used as indices.
 
     Args:
         params: (1,) record.

@@ -18,7 +18,7 @@ cdef enum:
     MOST_STATES = 1 << MOST_GROUPS  # of 17 vertices are 18 MB
 
 
-cdef struct WeightedGraph:  # A graph as the search goes through it, and what it has summed so far.
+cdef struct WeightedGraph:  # A graph, and the sums that the search has made so far.
     const double* weights  # (V,) of the vertices
     int64_t first[MOST_JOINTS + 1]  # (V + 1,) where each vertex's entries begin in the next two
     int64_t neighbour[2 * MOST_EDGES]  # (2E,)
@@ -128,7 +128,7 @@ cdef double _component_sum(WeightedGraph* graph, int64_t root, Search* search) n
 cdef void _list_neighbours(
     WeightedGraph* graph, int64_t count, const int64_t* edges, const double* edge_weights, int64_t edge_count
 ) noexcept nogil:
-    """List the neighbours of each vertex, leaving out the edges on which every path weighs nothing."""
+    """List the neighbours of each vertex, without edges that no path of a weight above 0 takes."""
     cdef int64_t v, e, side, entry
     memset(graph.first, 0, (count + 1) * sizeof(int64_t))
     for e in range(edge_count):
@@ -148,7 +148,7 @@ cdef void _list_neighbours(
 
 
 cdef inline bint _counts(const WeightedGraph* graph, const int64_t* edge, double weight) noexcept nogil:
-    """Tell whether a path over an edge weighs anything."""
+    """Return whether a path over an edge can have a weight above 0."""
     return weight != 0.0 and graph.weights[edge[0]] != 0.0 and graph.weights[edge[1]] != 0.0
 
 
@@ -161,7 +161,7 @@ cdef BlockSum _graph_block_sum(
         graph: The graph.
         parent: Vertex of the block nearest the root.
         others: Its other vertices.
-        count: How many these are.
+        count: Their number.
         rank: (V,) scratch, zero at first.
     """
     cdef Block block

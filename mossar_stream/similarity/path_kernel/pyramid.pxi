@@ -4,8 +4,8 @@ Layer l of the pyramid cuts the segment into l equal parts; for each part a join
 covariance of its coordinates, so that L layers give it a vector of 6 (1 + 2 + … + L) numbers.
 
 With one layer a single bin of sums describes the segment. With more, at most 64 bins of equal length do: powers of
-two of 1/256 s on the source's clock, doubled in length when 64 no longer reach. Which bins there are thus follows
-from the first and the last time alone, and it does not matter in which order segments were merged. A bin belongs
+two of 1/256 s on the source's clock, doubled in length when 64 no longer reach. The first and the last time alone thus
+determine the bins, and the order of merges does not matter. A bin belongs
 to the part that its middle lies in: borders of parts are right to 1/64 of the segment's length.
 
 A bin holds the weight (s), for each joint the mean of its coordinates and, as in Chan, Golub and LeVeque (1979),
@@ -38,7 +38,7 @@ cdef struct PathKernel:
     int64_t bins
     int64_t bin_size
     int64_t covariance  # length of a joint's covariances, 6 s
-    int64_t distances_at  # where the parts of a summary begin
+    int64_t distances_at  # begins of the parts of a summary
     int64_t clock_at
     int64_t bins_at
     int64_t covariances_at
@@ -67,7 +67,7 @@ cdef void add_moments(
 
 
 cdef void rest_in_moments(PathKernel* params, Doubles summary, FloatRows pose, int64_t j) noexcept nogil:
-    """Let a joint have rest where it is for as long as a summary lasts."""
+    """Add a joint to a summary as if it had rested at its present place all the time."""
     cdef int64_t number, d
     cdef double* own
     for number in range(params.bins):
@@ -78,7 +78,7 @@ cdef void rest_in_moments(PathKernel* params, Doubles summary, FloatRows pose, i
 
 
 cdef int64_t _bin_of(PathKernel* params, Doubles summary, double time) noexcept nogil:
-    """Return which bin a time belongs to; bins are doubled in length until there is one."""
+    """Return the bin of a time; bins are doubled in length until there is one."""
     cdef double* clock = summary.at + params.clock_at
     cdef int64_t number = <int64_t>floor(min(max(time, -LATEST), LATEST) * BIN_RATE)
     if summary.at[DURATION] == 0.0:
@@ -93,7 +93,7 @@ cdef int64_t _bin_of(PathKernel* params, Doubles summary, double time) noexcept 
 
 
 cdef void _mix(double* own, double* delta, int64_t padded_joints, double weight) noexcept nogil:
-    """Add other means with their weight to a bin: weight, means, and what their difference adds to the products.
+    """Add other means with their weight to a bin: weight, means, and the products of their difference.
 
     Args:
         own: The bin.
@@ -174,7 +174,7 @@ cdef void merge_moments(PathKernel* params, Doubles target, Doubles other) noexc
 
 
 cdef inline int64_t _bins_of_both(const double* clock, int64_t first, int64_t last) noexcept nogil:
-    """Return how many bins reach from the earlier of the two first ones to the later of the two last ones."""
+    """Return the number of bins from the earlier of the two first ones to the later of the two last ones."""
     return max(<int64_t>clock[CLOCK_LAST], last) - min(<int64_t>clock[CLOCK_FIRST], first) + 1
 
 

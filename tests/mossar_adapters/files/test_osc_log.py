@@ -155,7 +155,7 @@ def test_a_log_is_known_by_its_content_in_a_text_file(tmp_path):
     ("lines", "why"),
     [
         (["eeab8b1e.00000000 /tempo f 120.0"] * 3, "none of 3 messages is of a known profile.*'/tempo'"),
-        (['/mossar/frame sidb "p1" 0 0.0 [456 byte blob]'] * 3, "oscdump leaves out what blobs hold"),
+        (['/mossar/frame sidb "p1" 0 0.0 [456 byte blob]'] * 3, "oscdump leaves out the content of blobs"),
         (["/joint si 1 2"] * 3, "this does not look like"),
         (["/joint ss hip"] * 3, "this does not look like"),
     ],

@@ -74,7 +74,7 @@ def _run(
         for target in targets:
             tally, share = tallies[target.name], round(inputs * target.share / whole)
             due = share * piece / _PIECES if piece < _PIECES else share
-            # A first round for everybody, then whole rounds until the last turn.
+            # A first round for every target, then whole rounds until the last turn.
             while tally.inputs < share and (
                 not tally.inputs or tally.inputs + target.round <= due or piece == _PIECES
             ):

@@ -84,7 +84,7 @@ def _opener(name: str, opened: str = "") -> Callable[[], contextlib.AbstractCont
 
 
 def check_recording(path: Path) -> None:
-    """Read a recording to its end, and check what every reader promises.
+    """Read a recording to its end, and check the promises of every reader.
 
     Raises:
         FileError: If it cannot be read.

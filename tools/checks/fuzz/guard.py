@@ -7,7 +7,7 @@ from pathlib import Path
 from types import FrameType
 
 SECONDS = 10.0  # for one input
-MEMORY = 1024 << 20  # bytes beyond what the program has at the beginning
+MEMORY = 1024 << 20  # bytes beyond the program's memory at the beginning
 
 
 class Hang(BaseException):
@@ -33,7 +33,7 @@ def set_limits() -> None:
     limit = _status("VmSize") + MEMORY
     resource.setrlimit(resource.RLIMIT_AS, (limit, resource.RLIM_INFINITY))
     warnings.simplefilter("error")
-    warnings.filterwarnings("ignore", message="performer .* m tall")  # what random numbers are
+    warnings.filterwarnings("ignore", message="performer .* m tall")  # of random numbers
 
 
 def memory() -> int:

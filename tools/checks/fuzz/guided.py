@@ -18,7 +18,7 @@ from mossar_stream import MossarError
 def main() -> int:
     """Feed one target until the time is over or it fails."""
     parser = argparse.ArgumentParser(
-        prog="python -m checks.fuzz.guided", description="Feed a target what reaches new code."
+        prog="python -m checks.fuzz.guided", description="Feed a target inputs that reach new code."
     )
     parser.add_argument("target", metavar="TARGET", help="as python -m checks.fuzz names it")
     parser.add_argument("--seconds", metavar="S", type=int, default=60)

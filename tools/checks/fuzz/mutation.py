@@ -5,7 +5,7 @@ import re
 import struct
 from collections.abc import Sequence
 
-LONGEST = 1 << 16  # bytes; what grows beyond is cut
+LONGEST = 1 << 16  # bytes; longer input is cut
 
 _EDGES = tuple(
     struct.pack(order + kind, value)
@@ -36,9 +36,9 @@ class Mutator:
     """Yields damaged samples.
 
     Args:
-        rng: Where chance comes from.
-        samples: What is damaged.
-        words: What may be put in besides the usual troublemakers.
+        rng: Source of chance.
+        samples: Input to damage.
+        words: Words to insert, beside the usual troublemakers.
     """
 
     def __init__(self, rng: random.Random, samples: Sequence[bytes], words: Sequence[bytes] = ()) -> None:

@@ -252,7 +252,7 @@ def c3d(
     unit: str = "mm",
     positions: NDArray[np.float64] | None = None,
 ) -> bytes:
-    """Return a C3D file in the byte order of Intel (84), DEC (85) or SGI (86), of somebody who walks or of other (n, J, 3) m."""
+    """Return a C3D file in the byte order of Intel (84), DEC (85) or SGI (86), of a walking person or of other (n, J, 3) m."""
     frames = frames if positions is None else len(positions)
     order = ">" if machine == 86 else "<"
 

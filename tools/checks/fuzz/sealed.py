@@ -1,7 +1,7 @@
 """A target of snapshots with everything on, whose numbers are changed and which are sealed again.
 
-They must be refused, or worked on. Damaged bytes rarely get past the first look; these do. What hangs in compiled code hears
-no timer. The program is ended then, with a traceback.
+They must be refused, or worked on. Damaged bytes rarely pass the first check; these do. A loop in compiled code ignores
+timers. The program is then ended with a traceback.
 """
 
 import contextlib

@@ -1,6 +1,6 @@
-"""Targets that read what a former run wrote: snapshots.
+"""Targets that read the files of a former run: snapshots.
 
-Checksums would keep nearly all damage from being looked at. Therefore most inputs get a right one.
+A checksum would refuse nearly all damage at once. Most inputs therefore get a right one.
 """
 
 import contextlib
@@ -31,7 +31,7 @@ def state_targets() -> list[Target]:
 
 
 def _poses(count: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
-    """Return somebody who moves and rests."""
+    """Return frames of a performer who moves and rests."""
     steps = np.sin(np.arange(count) / 5) * (np.arange(count) // 20 % 2)
     poses = np.zeros((count, _JOINTS, 3), np.float32)
     poses[:, 1:, 0] = steps[:, None] * np.linspace(0, 1, _JOINTS - 1)
@@ -39,14 +39,14 @@ def _poses(count: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
 
 
 def _blob(settings: Settings) -> bytes:
-    """Return what a segmenter in the middle of a take knows, without the head."""
+    """Return the snapshot of a segmenter in the middle of a take, without the head."""
     segmenter = Segmenter(SKELETON, settings, fps=60.0)
     segmenter.push(_poses(150))
     return segmenter.snapshot()[_MAGIC_BYTES + _DIGEST_BYTES :]
 
 
 def _mostly(seal: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
-    """Return what puts a right head before most bodies, and none before the others."""
+    """Return a function that puts a right head before most bodies, and none before the others."""
     return lambda body: body if len(body) % _UNSEALED == 0 else seal(body)
 
 

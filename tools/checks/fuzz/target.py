@@ -1,4 +1,4 @@
-"""Target: something that reads what others wrote, and how it bears damaged input."""
+"""Target: a reader of foreign data, and its record with damaged input."""
 
 import random
 import time
@@ -20,14 +20,14 @@ Draw = Callable[[random.Random], Callable[[], bytes]]
 
 
 class Target(msgspec.Struct, frozen=True):
-    """What is fed.
+    """A reader that is fed.
 
     Args:
         name: For the user.
         share: Its part of all inputs, relative to the other targets.
-        open: Gives what takes one input after the other, for a round.
+        open: Returns a function of one input, for a round.
         samples: Real input to be damaged.
-        words: What may be put in.
+        words: Words to insert.
         draw: Makes inputs in another way, given chance; None for damaged samples.
         round: How many inputs share a state.
     """
@@ -58,7 +58,7 @@ class Crash(msgspec.Struct, frozen=True):
 
 
 class Tally(msgspec.Struct):
-    """How a target fared.
+    """Record of a target.
 
     Args:
         inputs: How many it was given.

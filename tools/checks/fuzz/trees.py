@@ -89,7 +89,7 @@ _arguments = st.lists(
 
 
 def drawn_targets(targets: list[Target]) -> list[Target]:
-    """Return targets that feed what is read by others of these targets with drawn input."""
+    """Return targets that feed the readers of some of these targets with drawn input."""
     opens = {target.name: target.open for target in targets}
     osc = st.tuples(_addresses, _arguments)
     kinds: list[tuple[str, str, st.SearchStrategy[Any], Callable[[Any], bytes]]] = [

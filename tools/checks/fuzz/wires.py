@@ -1,4 +1,4 @@
-"""Targets that read what comes through sockets and pipes: OSC, ZeroMQ, JSON lines."""
+"""Targets that read sockets and pipes: OSC, ZeroMQ, JSON lines."""
 
 import contextlib
 import io
@@ -23,7 +23,7 @@ from mossar_adapters.zeromq.decoder import ZmqDecoder, ZmqMessage
 from mossar_stream import FrameError, Frames, MossarError, Performers
 
 _GENERIC = "generic&pattern=/pose/{performer}/{joint}"
-# What listens, and how its samples are sent.
+# The listener, and the profiles of its samples.
 _PROFILES = {
     "auto": ("auto", ("mossar", "osceleton", "kinectv2", "nimate", "flat", "vmc")),
     "vmc": ("vmc", ("vmc", "vmc&positions=no")),
@@ -90,7 +90,7 @@ def wire_targets() -> list[Target]:
 
 
 class Consumer:
-    """Segments what a target lets through, as a pipeline would."""
+    """Segments the frames that a target accepts, as a pipeline would."""
 
     def __init__(self) -> None:
         self._pool = Performers(most=4)
@@ -126,7 +126,7 @@ def _performance() -> tuple[list[Meta], list[Frames]]:
 
 
 def _datagrams(metas: Sequence[Meta], chunks: Sequence[Frames], profiles: Sequence[str]) -> list[bytes]:
-    """Return what our own senders send in these profiles."""
+    """Return the datagrams of our own senders in these profiles."""
     socket = DatagramSocket(parse_url("osc://127.0.0.1:0"))
     found: list[bytes] = list(_EXTRA_MESSAGES)
     for profile in profiles:
@@ -174,7 +174,7 @@ def _zeromq(topic: tuple[bytes, ...]) -> contextlib.AbstractContextManager[Feed]
 
 
 def _live(received: Callable[[bytes, int], Sequence[Meta | Frames | Departure]], counters: Counters) -> Feed:
-    """Return a feed for a decoder, which counts what it refuses instead of raising it."""
+    """Return a feed for a decoder, which counts refused messages instead of raising."""
     consumer = Consumer()
     numbers = itertools.count(1)
 

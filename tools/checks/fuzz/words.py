@@ -1,4 +1,4 @@
-"""Targets that read what users write: URLs, settings, configuration; and control requests."""
+"""Targets that read text of users: URLs, settings, configuration; and control requests."""
 
 import argparse
 import contextlib
@@ -119,7 +119,7 @@ def _configuration() -> Iterator[Feed]:
 
 
 class _Prompt(Pipeline):
-    """A pipeline that does at once what it is asked: there is no other thread."""
+    """A pipeline that carries out requests at once: there is no other thread."""
 
     def ask(self, request: object) -> None:
         if callable(request):

@@ -11,12 +11,12 @@ from checks import interrupts
 from checks.interrupts.alone import Tally, live
 from checks.interrupts.pools import live_in_pool
 
-LIVES_A_LINE = 100  # of what was found so far
+LIVES_A_LINE = 100  # of the findings so far
 SHOWN = 5  # failures that are printed
 
 
 def main() -> int:
-    """Interrupt segmenters, and print what is wrong."""
+    """Interrupt segmenters, and print faults."""
     parser = argparse.ArgumentParser(
         prog="python -m checks.interrupts", description=interrupts.__doc__.split("\n")[0]
     )

@@ -1,4 +1,4 @@
-"""One segmenter, and what exceptions leave of it."""
+"""One segmenter, and its state after exceptions."""
 
 import functools
 import json
@@ -22,7 +22,7 @@ READERS = ("move", "follow", "pose", "step", "phase")
 
 
 class Stage(NamedTuple):
-    """What is pushed, and with which settings it begins."""
+    """The pushed frames, and the initial settings."""
 
     skeleton: Skeleton
     positions: NDArray[np.float32]
@@ -33,7 +33,7 @@ class Stage(NamedTuple):
 
 
 class Blow(NamedTuple):
-    """What an exception cuts short."""
+    """A call that an exception interrupts."""
 
     name: str
     value: object
@@ -47,7 +47,7 @@ def _performance(seed: int) -> tuple[Skeleton, NDArray[np.float32], NDArray[np.f
 
 
 def stage_of(rng: random.Random) -> Stage:
-    """Return what is pushed into a segmenter, or a pool, drawn by chance."""
+    """Return random frames and settings for a segmenter, or a pool."""
     skeleton, positions, times = _performance(rng.randint(1, 6))
     begin = rng.randrange(len(times) - 1200)
     counts = rng.random() < 0.7
@@ -87,7 +87,7 @@ BLOWS: dict[str, Callable[[random.Random], object]] = {
 
 
 def _blows(rng: random.Random, stage: Stage) -> Iterator[Blow]:
-    """Yield what is done; in between `FOLLOWING` frames are pushed."""
+    """Yield the calls; in between `FOLLOWING` frames are pushed."""
     begin = rng.randint(30, 200)
     yield Blow("begin", None, slice(0, begin))
     for _ in range(ROUNDS):
@@ -106,7 +106,7 @@ def _blows(rng: random.Random, stage: Stage) -> Iterator[Blow]:
 
 
 def _done(one: Segmenter, stage: Stage, blow: Blow) -> list[Event]:
-    """Do with a segmenter what a blow is about; a level may be refused."""
+    """Carry out the call of a blow on a segmenter; a level may be refused."""
     try:
         return _done_or_refused(one, stage, blow)
     except SettingsError:
@@ -138,7 +138,7 @@ def _done_or_refused(one: Segmenter, stage: Stage, blow: Blow) -> list[Event]:
 
 
 def _last_words(one: Segmenter) -> list[Event]:
-    """Return what a segmenter reports if the take ends now, and leave it alone."""
+    """Return the events of a segmenter if the take ended now, without changing it."""
     return Segmenter.restore(one.snapshot()).end_take()
 
 
@@ -148,7 +148,7 @@ def as_json(events: list[Event]) -> list[bytes]:
 
 
 def _expected(blob: bytes, stage: Stage, blow: Blow) -> Iterator[list[bytes]]:
-    """Yield what may be reported: with the blow, without it, and with the first of its frames."""
+    """Yield the permitted events: with the blow, without it, and with the first of its frames."""
     begin, end = blow.frames.start, blow.frames.stop
     after = slice(end, end + FOLLOWING)
     for count in range(end - begin, -1, -1) if blow.name == "push" else (1, 0):
@@ -162,7 +162,7 @@ def _expected(blob: bytes, stage: Stage, blow: Blow) -> Iterator[list[bytes]]:
 
 
 class Tally(NamedTuple):
-    """What was found."""
+    """Findings."""
 
     struck: Counter[str]
     compared: Counter[str]
@@ -170,11 +170,11 @@ class Tally(NamedTuple):
 
 
 def live(seed: int, tally: Tally, compared: float) -> None:
-    """Let a segmenter live through some exceptions.
+    """Run a segmenter through some exceptions.
 
     Args:
         seed: Of the segmenter.
-        tally: What is found is added to it.
+        tally: Findings are added to it.
         compared: Share of the exceptions after which the events are compared with those of other runs.
     """
     rng = random.Random(seed)  # noqa: S311 - no secret
@@ -206,7 +206,7 @@ def live(seed: int, tally: Tally, compared: float) -> None:
 
 
 def differences(found: list[bytes], expected: Iterator[list[bytes]], *, only_body: bool) -> list[str]:
-    """Return what of the events is as in none of the runs.
+    """Return the events that differ from all of the runs.
 
     Args:
         found: The events.
@@ -230,7 +230,7 @@ def differences(found: list[bytes], expected: Iterator[list[bytes]], *, only_bod
 
 
 def _by_kind(lines: list[bytes]) -> dict[str, list[bytes]]:
-    """Return events by what makes them: the body, a limb, or a reader."""
+    """Return events by their origin: the body, a limb, or a reader."""
     kinds: dict[str, list[bytes]] = {}
     for line in lines:
         event = json.loads(line)

@@ -1,4 +1,4 @@
-"""A pool of performers, and what exceptions leave of it: nobody's events are lost, told twice, or another's."""
+"""A pool of performers, and its state after exceptions: no events are lost, repeated, or given to another performer."""
 
 import random
 from collections import defaultdict
@@ -16,13 +16,13 @@ from mossar_stream import Event, FrameError, Frames, MovesError, Performers, Set
 FIRST = ("ann", "bob", "eve")
 MOST = 3  # performers at a time
 ROUNDS = 12  # exceptions in the life of a pool
-APART = 170  # frames between what performers do
+APART = 170  # frames between the actions of performers
 REFUSED = (SettingsError, FrameError, MovesError)
 ALL: tuple[tuple[str, object], ...] = (*CHANGES, ("phase", True), ("phase", False))  # some are refused
 
 
 class Blow(NamedTuple):
-    """What an exception cuts short."""
+    """A call that an exception interrupts."""
 
     name: str
     value: object
@@ -31,7 +31,7 @@ class Blow(NamedTuple):
 
 
 class Saved(NamedTuple):
-    """What is left of a pool that ends."""
+    """Saved state of a pool that ends."""
 
     settings: Settings
     moves: int | None
@@ -41,11 +41,11 @@ class Saved(NamedTuple):
 
 
 class Scene:
-    """A pool, with what its performers do.
+    """A pool, with the actions of its performers.
 
     Args:
-        stage: What is pushed, and the settings at the beginning.
-        saved: What it goes on from; None to begin with the first performers.
+        stage: The pushed frames, and the initial settings.
+        saved: State to continue from; None to begin with the first performers.
     """
 
     def __init__(self, stage: Stage, saved: Saved | None = None) -> None:
@@ -61,13 +61,13 @@ class Scene:
                 self.pool.announce(name, stage.skeleton)
 
     def saved(self) -> Saved:
-        """Return what another pool goes on from."""
+        """Return the state from which another pool continues."""
         blobs, lasting = self.pool.snapshot(), self.pool.lasting()
         count = None if self.pool.moves is None else len(self.pool.moves.names)
         return Saved(self.stage.settings, count, self.pool.follow, blobs, lasting)
 
     def do(self, blow: Blow) -> list[Event]:
-        """Do what a blow is about; what is refused changes nothing."""
+        """Carry out the call of a blow; a refused one changes nothing."""
         try:
             return self._do(blow)
         except REFUSED:
@@ -131,7 +131,7 @@ def _skeleton(whole: Skeleton, joints: int) -> Skeleton:
 
 
 def _positions(stage: Stage, name: str) -> NDArray[np.float32]:
-    """Return what a performer does: the same as the others, at another time."""
+    """Return the motion of a performer: that of the others, at another time."""
     return np.roll(stage.positions, APART * (sum(map(ord, name)) % 7), axis=0)
 
 
@@ -152,7 +152,7 @@ OFTEN = ("push", "push_many", "push_many", "push_many", "announce", "end_takes",
 
 
 def _blows(rng: random.Random, scene: Callable[[], Scene]) -> Iterator[Blow]:
-    """Yield what is done; in between `FOLLOWING` frames are pushed."""
+    """Yield the calls; in between `FOLLOWING` frames are pushed."""
     stage, begin, removed = scene().stage, rng.randint(30, 200), set[str]()
     yield Blow("push_many", None, None, slice(0, begin))
     for number in range(ROUNDS):
@@ -167,7 +167,7 @@ def _blows(rng: random.Random, scene: Callable[[], Scene]) -> Iterator[Blow]:
         if way == "announce" and rng.random() < 0.7:
             others = [*FIRST, *(f"new{k}" for k in range(number + 1))]
             who = rng.choice([name for name in others if name not in removed and name not in names])
-        if way == "remove" and who is not None:  # who comes again would have the same ids
+        if way == "remove" and who is not None:  # a performer that comes again would have the same ids
             removed.add(who)
         frames = rng.choice([1, 1, 7, 16]) if way in ("push", "push_many") else 0
         yield Blow(way, WAYS[way](rng), who, slice(begin, begin + frames))
@@ -177,19 +177,19 @@ def _blows(rng: random.Random, scene: Callable[[], Scene]) -> Iterator[Blow]:
 
 
 def _following(scene: Scene, blow: Blow) -> list[Event]:
-    """Do what a program does after an exception: announce or remove again, and push on."""
+    """Act like a program after an exception: announce or remove again, and push on."""
     events = scene.do(blow) if blow.name in ("announce", "remove") else []
     end = blow.frames.stop
     return events + scene.push_all(slice(end, end + FOLLOWING))
 
 
 def _last_words(scene: Scene) -> list[Event]:
-    """Return what a pool reports if all takes end now, and leave it alone."""
+    """Return the events of a pool if all takes ended now, without changing it."""
     return Scene(scene.stage, scene.saved()).pool.end_takes()
 
 
 def _expected(saved: Saved, stage: Stage, blow: Blow) -> Iterator[dict[str, list[bytes]]]:
-    """Yield what may be reported, by performer: with the blow, without it, and with the first of its frames."""
+    """Yield the permitted events, by performer: with the blow, without it, and with the first of its frames."""
     begin, end = blow.frames.start, blow.frames.stop
     for count in range(end - begin, -1, -1) if blow.name.startswith("push") else (1, 0):
         scene, events = Scene(stage, saved), []
@@ -208,11 +208,11 @@ def _by_performer(events: list[Event]) -> dict[str, list[bytes]]:
 
 
 def live_in_pool(seed: int, tally: Tally, compared: float) -> None:
-    """Let a pool live through some exceptions.
+    """Run a pool through some exceptions.
 
     Args:
         seed: Of the pool.
-        tally: What is found is added to it.
+        tally: Findings are added to it.
         compared: Share of the exceptions after which the events are compared with those of other runs.
     """
     rng = random.Random(seed)  # noqa: S311 - no secret

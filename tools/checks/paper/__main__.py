@@ -38,7 +38,7 @@ class Options(msgspec.Struct, frozen=True):
 
 
 def run(options: Options, console: Console) -> int:
-    """Run the experiments, put out what they gave, and return the exit status."""
+    """Run the experiments, print their results, and return the exit status."""
     if options.segmentation.preset == "game":
         raise UsageError("the experiments start from the paper's preset; leave --preset out")
     outputs = Outputs.of(options)

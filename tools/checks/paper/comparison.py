@@ -24,7 +24,7 @@ class Comparison:
         size: Length of the later segment, pieces.
 
     Attributes:
-        pieces: How many there are; piece i begins at `starts[i]`.
+        pieces: Number of pieces; piece i begins at `starts[i]`.
         starts: (pieces,) s.
 
     Raises:
@@ -59,7 +59,7 @@ class Comparison:
         summarise_later(self._params, self._summaries, size, self._later)
 
     def between(self, first: int, last: int, longest: int) -> NDArray[np.float64]:
-        """Return how unlike the segments beside the start of each piece are.
+        """Return the strength between the segments beside the start of each piece.
 
         Args:
             first: Piece where the earlier segments begin.

@@ -24,7 +24,7 @@ Method = Callable[[Sequence[Take], Settings, Callable[[str], None]], Grid]
 
 
 class Experiments(msgspec.Struct, frozen=True):
-    """What the experiments gave.
+    """Results of the experiments.
 
     Args:
         splitting: Velocity-based method and splitting, by group, over smoothing and threshold.

@@ -49,7 +49,7 @@ class Axis(msgspec.Struct, frozen=True):
 
 
 class Grid(msgspec.Struct, frozen=True):
-    """What a method reached on a group of takes at all combinations.
+    """Scores of a method on a group of takes at all combinations.
 
     Args:
         method: Name.
@@ -164,7 +164,7 @@ def _grid(
     solve: Solve,
     on_progress: Callable[[str], None],
 ) -> Grid:
-    """Return the best by Perf of what `solve` yields along the second axis, for each value of the first."""
+    """Return the best result of `solve` by Perf along the second axis, for each value of the first."""
     first, second = axes
     seconds = np.zeros((len(first.values), len(second.values)))
     scores: list[list[list[Scores]]] = []

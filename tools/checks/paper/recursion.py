@@ -29,7 +29,7 @@ class Split(msgspec.Struct, frozen=True):
 
     Args:
         time: s.
-        strength: How unlike the two parts are.
+        strength: Strength between the two parts.
         parts: The splits of the two parts.
     """
 
@@ -95,7 +95,7 @@ def _split(comparison: Comparison, first: int, last: int, size: int, longest: in
 
 
 def accepted(split: Split | None, threshold: float) -> Iterator[float]:
-    """Yield the times of the splits that are accepted; what is not accepted is not split further."""
+    """Yield the times of the accepted splits; other parts are not split further."""
     if split is not None and split.strength > threshold:
         yield split.time
         for part in split.parts:

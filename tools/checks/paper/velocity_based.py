@@ -25,7 +25,7 @@ def velocity_based(settings: Settings) -> Method:
 
 
 def velocity(take: Take, settings: Settings) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return times (s) and the velocity of equation 1, smoothed as the settings say, m, frame by frame."""
+    """Return times (s) and the velocity of equation 1, smoothed by the settings, m, frame by frame."""
     # Evidence measures the speed in another way.
     chosen = at_level_of(take, settings.replace(similarity=settings.similarity or "likelihood")).replace(
         range="running"

@@ -1,4 +1,4 @@
-"""Feeds: what a detector is fed, made from positions frame by frame, in numpy as its user would write it."""
+"""Feeds: input of detectors, made from positions frame by frame, in numpy as a user would write it."""
 
 from collections import deque
 from typing import Any, Literal, Protocol
@@ -73,7 +73,7 @@ class PoseFeed:
 
 
 class PositionFeed:
-    """Positions as they are: what ours takes."""
+    """Unchanged positions, the input of ours."""
 
     def sample(self, positions: NDArray[np.float32], time: float) -> NDArray[Any]:  # noqa: ARG002
         """See `Feed`."""

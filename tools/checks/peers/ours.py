@@ -22,7 +22,7 @@ class MossarDetector:
     """Final key frames are cuts.
 
     Args:
-        take: What is streamed.
+        take: The streamed take.
     """
 
     def __init__(self, take: Take) -> None:
@@ -42,12 +42,12 @@ def _final(events: list[Event]) -> list[float]:
 
 
 def one_by_one(takes: Sequence[Take]) -> PeerRun:
-    """Return what comes of pushing frame by frame."""
+    """Return the result of pushing frame by frame."""
     return summed(takes, [run_take(MossarDetector(take), PositionFeed(), take) for take in takes])
 
 
 def in_chunks(takes: Sequence[Take]) -> PeerRun:
-    """Return what comes of pushing chunks; the same key frames."""
+    """Return the result of pushing chunks: the same key frames."""
     follows = []
     for take in takes:
         contiguous = msgspec.structs.replace(take, positions=np.ascontiguousarray(take.positions))

@@ -1,4 +1,4 @@
-"""Peer: what another library looks like to the runner."""
+"""Peer: the interface of another library for the runner."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
@@ -15,7 +15,7 @@ class Detector(Protocol):
     """Finds cuts in a stream of one take."""
 
     def update(self, sample: NDArray[Any], time: float) -> list[float]:
-        """Take the next sample in and return the times of cuts that this decides, s.
+        """Process the next sample, and return the times of cuts that this decides, s.
 
         Args:
             sample: (D,), D = 1 for the curve.
@@ -27,7 +27,7 @@ class Detector(Protocol):
 
 
 class Causal:
-    """A detector that has nothing to say when a take ends."""
+    """A detector without cuts at the end of a take."""
 
     def finish(self) -> list[float]:
         """See `Detector`."""
@@ -40,7 +40,7 @@ class Peer(msgspec.Struct, frozen=True):
     Args:
         name: For the table.
         library: Import name.
-        distribution: What to install.
+        distribution: Name of the distribution.
         feed: `curve`: mean joint speed, m/s; `poses`: coordinates relative to the centre, m.
         make: Returns a detector for a rate, Hz, and parameters.
         grid: Values that were tried.

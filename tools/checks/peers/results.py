@@ -1,4 +1,4 @@
-"""Results: ours and the peers on the same recordings, and what follows."""
+"""Results: ours and the peers on the same recordings, and the conclusion."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -20,9 +20,9 @@ from mossar_tools.evaluation.takes import Take
 
 WORTH = 0.5  # F1 from which a peer's speed is compared with ours
 LONG = 5.0  # s of a run that is not repeated
-TIMES = 10.0  # how much quicker we want to be than such a peer
+TIMES = 10.0  # target of our speed relative to such a peer
 NOTES = """F1: mean over recordings, one-to-one within the label's tolerance; delay: median time from the true cut to the decision
-frames/s: from positions to cuts, processor time where marked "cpu"; what a peer is fed, the mean joint speed (curve) or
+frames/s: from positions to cuts, processor time where marked "cpu"; the input of a peer, the mean joint speed (curve) or
 the coordinates relative to the centre (poses), is made in numpy frame by frame; alone: if it came for nothing
 p50, p99: for one frame, by the wall clock
 settings of peers: the best of a coarse grid for each level, with the truth of the labelled recordings that the documentation
@@ -36,8 +36,8 @@ class Result(msgspec.Struct, frozen=True):
         name: Of the method.
         group: Of the recordings.
         rates: frames/s of each run, from positions to cuts.
-        alone: frames/s, median, of the detector itself, if what it is fed came for nothing.
-        clock: By which these are.
+        alone: frames/s, median, of the detector itself, without the cost of its input.
+        clock: Clock of these rates.
         f1: Mean over the recordings.
         delay: s, median; NaN where there is none.
         p50: us for one frame; NaN where frames do not come one by one.
@@ -86,9 +86,9 @@ def compare(
 
     Args:
         groups: Takes by group.
-        peers: Who takes part.
+        peers: The other libraries.
         repeats: Runs, at most; one that takes long is not repeated.
-        on_progress: Gets what is being done.
+        on_progress: Gets the present task.
     """
     for group, takes in groups.items():
         on_progress(f"peers: {ours.NAME}, {group}")
@@ -143,7 +143,7 @@ def _result(
 
 
 def result_lines(rows: Sequence[Result]) -> Iterator[str]:
-    """Yield a table for each group, and what follows from it."""
+    """Yield a table for each group, and its conclusion."""
     for group in dict.fromkeys(row.group for row in rows):
         own = [row for row in rows if row.group == group]
         yield f"{'method, ' + group:<36}{'F1':>6}{'delay':>9}{'frames/s':>12}{'alone':>12} {'clock':<5}{'p50':>12}{'p99':>12}  settings"
@@ -178,7 +178,7 @@ def conclusions(rows: Sequence[Result]) -> Iterator[str]:
 
 
 def results_json(rows: Sequence[Result]) -> list[dict[str, Any]]:
-    """Return everything for programs; what there is not is None."""
+    """Return everything for programs; missing values are None."""
     return [
         {
             "name": row.name,

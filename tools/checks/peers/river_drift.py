@@ -14,7 +14,7 @@ class DriftDetector(Causal):
     Args:
         fps: Rate, Hz.
         detector: Of river.
-        place: `now`, or `window`: where ADWIN's window begins after it has dropped what was before.
+        place: `now`, or `window`: the begin of ADWIN's window after it has dropped older samples.
     """
 
     def __init__(self, fps: float, detector: Any, place: str = "now") -> None:

@@ -15,10 +15,10 @@ from mossar_tools.evaluation.takes import Take
 
 
 class TakeRun(msgspec.Struct, frozen=True):
-    """What came of one take.
+    """Result of one take.
 
     Args:
-        found: The cuts, and what finding them took from positions on, s.
+        found: The cuts, and the time to find them from positions on, s.
         alone: s of this in the detector itself.
         cpu: s of processor time.
         waits: (n,) s from positions to cuts, for each frame; NaN where frames do not come one by one.
@@ -31,7 +31,7 @@ class TakeRun(msgspec.Struct, frozen=True):
 
 
 class PeerRun(msgspec.Struct, frozen=True):
-    """What came of the takes of one group; sums of `TakeRun`.
+    """Result of the takes of one group; sums of `TakeRun`.
 
     Args:
         frames: Of all takes.
@@ -51,14 +51,14 @@ class PeerRun(msgspec.Struct, frozen=True):
 
 
 def run_peer(takes: Sequence[Take], peer: Peer, parameters: Parameters) -> PeerRun:
-    """Let a peer find the cuts of all takes."""
+    """Find the cuts of all takes with a peer."""
     return summed(
         takes, [run_take(peer.make(take.fps, parameters), feed_of(peer.feed, take), take) for take in takes]
     )
 
 
 def summed(takes: Sequence[Take], follows: Sequence[TakeRun]) -> PeerRun:
-    """Return what came of some takes as one run."""
+    """Return the results of some takes as one run."""
     waits = np.concatenate([own.waits for own in follows])
     return PeerRun(
         frames=len(waits),

@@ -16,7 +16,7 @@ class WindowDetector(Causal):
         buffer: s that are segmented.
         step: s between two segmentations.
         width: Of ruptures' window, s.
-        penalty: What a change point must save of the summed squares, m².
+        penalty: Least decrease of the summed squares by a change point, m².
         rate: Hz to which frames are thinned out.
     """
 

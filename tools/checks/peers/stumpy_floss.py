@@ -10,7 +10,7 @@ SEED = 1
 
 
 def stillness(count: int) -> NDArray[np.float64]:
-    """Return what comes before a take, (count,) m/s, so that set-up is over when the take begins."""
+    """Return stillness before a take, (count,) m/s, so that set-up is over when the take begins."""
     return TREMBLE * np.abs(np.random.default_rng(SEED).standard_normal(count))
 
 

@@ -1,4 +1,4 @@
-"""Whole file: a baseline that knows what no stream does, the whole recording and how many cuts it has."""
+"""Whole file: a baseline that knows more than any stream, the whole recording and its number of cuts."""
 
 import time
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ RATE = 15.0  # Hz to which frames are thinned out
 
 
 def told_the_number(takes: Sequence[Take]) -> PeerRun:
-    """Return what ruptures' exact kernel search finds when it is told how many cuts there are."""
+    """Return the cuts of ruptures' exact kernel search with the known number of cuts."""
     return summed(takes, [_search(take) for take in takes])
 
 

@@ -1,1 +1,1 @@
-"""Scenes of several people whose tracker loses, exchanges and reuses ids, and what slots make of them."""
+"""Scenes of several people whose tracker loses, exchanges and reuses ids, and the results of slots."""

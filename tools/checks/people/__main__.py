@@ -1,16 +1,16 @@
-"""How well people keep their slots, in seeded scenes made of recordings of single people.
+"""Shares of people who keep their slots, in seeded scenes made of recordings of single people.
 
     python -m checks.people [FOLDER ...] [--scenes 1000] [--seed 1] [--draw N DIR]
 
 Each FOLDER holds recordings of several people, as NAME_PERSON.npz (or PERSON.npz), metres. Scenes put people of one
-folder side by side, let them cross, hide them, and let a tracker cut, exchange and reuse their ids. Everything is played
+folder side by side, let them cross, hide them, and have a tracker cut, exchange and reuse their ids. Everything is played
 through the source that `--people` makes. Rows:
 
 - short: two to four people, hidden for at most 2 s, also when they cross.
 - back: all people leave for 10 to 20 s, and come back in another order, elsewhere, under other ids.
 - cost: microseconds for a frame of a person, the median of scenes, each the least of five turns.
 
-The exit status is 1 if a figure misses what is wanted.
+The exit status is 1 if a figure misses its target.
 """
 
 import argparse
@@ -37,7 +37,7 @@ _TURNS = 5  # of which the least counts: other programs only ever add to it
 
 
 class Row(msgspec.Struct):
-    """A figure, and what is wanted."""
+    """A figure, and its target."""
 
     name: str
     value: float
@@ -56,7 +56,7 @@ def share_right(verdicts: list[Verdict]) -> float:
 
 
 def share_back(verdicts: list[Verdict]) -> float:
-    """Return the share of those who came back to their slot."""
+    """Return the share of people who came back to their slot."""
     return sum(v.found for v in verdicts) / max(sum(v.returns for v in verdicts), 1)
 
 

@@ -1,4 +1,4 @@
-"""Actors: the recordings of each person, one after the other, without the way they went."""
+"""Actors: the recordings of each person in sequence, without their way over the floor."""
 
 import re
 from collections.abc import Iterable
@@ -64,7 +64,7 @@ def _in_place(positions: NDArray[np.float64], skeleton: Skeleton) -> NDArray[np.
 
 
 def _joined(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return motions one after the other, each faded into the next."""
+    """Return motions in sequence, each faded into the next."""
     joined = parts[0]
     for after in parts[1:]:
         share = np.linspace(0.0, 1.0, _FADE + 2)[1:-1, None, None]

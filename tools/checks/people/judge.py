@@ -1,4 +1,4 @@
-"""What slots make of a scene, played through the source that `--people` makes."""
+"""The verdict on slots in a scene, played through the source that `--people` makes."""
 
 import time
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ class SceneSource:
     """Plays a scene as a tracker would send it: implements `Source`.
 
     Args:
-        scene: What to play.
+        scene: The scene to play.
         chunk: Frames of each id that come at once.
     """
 
@@ -52,14 +52,14 @@ class SceneSource:
 
 
 class Verdict(msgspec.Struct):
-    """How a scene went.
+    """Result of a scene.
 
     Args:
         frames: Of all people who were visible.
         right: Those in the slot in which the person was first.
         lost: Those in no slot.
         doubles: Moments with two people in one slot.
-        silent: Frames whose slot went to another id without a word.
+        silent: Frames whose slot went to another id without a message.
         returns: People who came back from a long absence.
         found: Those who got the slot of before.
         slots: (P, n) number of the slot of each person in each frame, 0 for none.
@@ -79,7 +79,7 @@ def judge(scene: Scene, people: int | None = None, chunk: int = 1) -> Verdict:
     """Play a scene and return how it went.
 
     Args:
-        scene: What to play.
+        scene: The scene to play.
         people: Slots; None for as many as people.
         chunk: Frames that come at once.
     """
@@ -123,10 +123,10 @@ def judge(scene: Scene, people: int | None = None, chunk: int = 1) -> Verdict:
 
 
 def cost(scene: Scene, chunk: int) -> float:
-    """Return what slots take for a frame of a person, microseconds.
+    """Return the cost of slots for a frame of a person, microseconds.
 
     Args:
-        scene: What to play.
+        scene: The scene to play.
         chunk: Frames that come at once; 1 uses `Slots.follow`, as programs do.
     """
     items = [item for item in SceneSource(scene, chunk).items() if item is not None]
@@ -145,5 +145,5 @@ def cost(scene: Scene, chunk: int) -> float:
         source = PeopleSource(SceneSource(scene, chunk), len(scene.ids))
         begin = time.process_time()
         for item in items:
-            source.take(item)  # without what the scene itself costs
+            source.take(item)  # without the cost of the scene itself
     return (time.process_time() - begin) / count * 1e6

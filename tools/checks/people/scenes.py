@@ -15,13 +15,13 @@ _EDGE = 2.0  # s at the beginning and end without incidents
 
 
 class Scene(msgspec.Struct):
-    """What a tracker saw.
+    """A scene as a tracker saw it.
 
     Args:
         skeleton: J joints.
         positions: (P, n, J, 3) metres.
         ids: (P, n) the tracker's id of each person in each frame, 0 where it is hidden.
-        incidents: What happened, for people to read.
+        incidents: Descriptions of the incidents.
         returns: Person and frame of each return from a long absence.
     """
 
@@ -94,7 +94,7 @@ def long_scene(cast: list[Actor], seed: int, people: int) -> Scene:
 
 
 def _crossings(people: int, frames: int, rng: np.random.Generator) -> list[tuple[int, int, int]]:
-    """Return who crosses with whom, and from which frame on; one after the other."""
+    """Return pairs of people who cross, and the first frame of each crossing, in sequence."""
     begins = np.arange(int(_EDGE * FPS), frames - int((_EDGE + _WALK) * FPS), int((_WALK + 1.5) * FPS))
     chosen = sorted(rng.choice(begins, min(int(rng.integers(0, 4)), len(begins)), replace=False))
     return [(*(int(p) for p in rng.choice(people, 2, replace=False)), int(begin)) for begin in chosen]  # type: ignore[misc]
@@ -103,7 +103,7 @@ def _crossings(people: int, frames: int, rng: np.random.Generator) -> list[tuple
 def _paths(
     people: int, frames: int, crossings: list[tuple[int, int, int]], rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return where each person's root is, (P, n, 3), without its height."""
+    """Return the place of each person's root, (P, n, 3), without its height."""
     paths = np.zeros((people, frames, 3))
     paths[:, :, 0] = (np.arange(people) * APART)[:, None] + rng.uniform(-0.1, 0.1, (people, 1))
     paths[:, :, 2] = 3.0 + rng.uniform(-0.2, 0.2, (people, 1))

@@ -1,8 +1,8 @@
 """The program: `python -m checks.readme_commands`.
 
 Fenced blocks of README.md, CONTRIBUTING.md, SECURITY.md and docs, and the examples of every `--help`, are run literally,
-each in a folder of its own with files of the names they use. What goes on is interrupted after some seconds and must
-then end as Ctrl-C ends it; everything else must end by itself, with status 0. The commands and programs of a tutorial run
+each in a folder of its own with files of the names they use. Commands that go on are interrupted after some seconds and
+must then end as Ctrl-C ends them; all others must end by themselves, with status 0. The commands and programs of a tutorial run
 one after another in one folder. Commands and options that running text mentions must exist.
 """
 
@@ -24,7 +24,7 @@ WAITING = 4  # commands at once that go on; most of them wait for something
 def main() -> int:
     """Run all commands, print how it went, and return 1 if one of them is not as it should be."""
     parser = argparse.ArgumentParser(
-        prog="python -m checks.readme_commands", description="Run what we promise."
+        prog="python -m checks.readme_commands", description="Run the commands of the documentation."
     )
     parser.add_argument("--only", metavar="TEXT", default="", help="commands that contain this")
     given = parser.parse_args()

@@ -1,4 +1,4 @@
-"""Commands: what the documentation tells readers to type, and what its text mentions."""
+"""Commands of the documentation, and the names that its text mentions."""
 
 import functools
 import importlib.util
@@ -84,7 +84,7 @@ def steps_of(page: str) -> Iterator[str]:
 
 
 def lines_of(block: Sequence[str]) -> Iterator[str]:
-    """Yield the commands of a block, without prompts, comments, and what is shown of their output."""
+    """Yield the commands of a block, without prompts, comments, and their output."""
     prompted = any(line.startswith("$ ") for line in block)
     for line in block:
         if line.strip() and (line.startswith("$ ") or not prompted):
@@ -92,7 +92,7 @@ def lines_of(block: Sequence[str]) -> Iterator[str]:
 
 
 def wrong_mentions() -> Iterator[tuple[str, str]]:
-    """Yield what running text says of commands, options and modules that there are not."""
+    """Yield mentions of missing commands, options and modules in running text."""
     for page in (*PAGES, *TUTORIALS):
         _, text = parts_of((ROOT / page).read_text())
         for problem in (*_wrong_commands(text), *_wrong_options(text), *_wrong_modules(text)):

@@ -1,4 +1,4 @@
-"""Files: what the commands of the documentation name, in a folder of its own for each command."""
+"""Files that the commands of the documentation name, in a folder of its own for each command."""
 
 import math
 from pathlib import Path

@@ -23,7 +23,7 @@ TRIES = 3  # of a command whose port is in use
 GOODBYE = 20.0  # s that it may take to end after Ctrl-C, on a machine that is busy
 
 PROGRAMS = ("mossar ", "python ", "python3 ", "pip ", "flink ", "eval ")  # nothing else is handed to a shell
-# Streams of others, the dashboard, endless shows, and what takes minutes.
+# Streams of others, the dashboard, endless shows, and commands of minutes.
 GOES_ON = re.compile(
     r"mossar (run|record|teach|replay|view)\b.*\b(osc|zmq\S*)://|mossar run \d|mossar run --config|mossar view|mossar demo\b(?!.*head)"
     r"|mossar bench|mossar evaluate ('?demo:|.*--leave-out)|python -m checks|python examples/"
@@ -61,7 +61,7 @@ FAILS_HERE: Final[dict[str, str]] = {
 
 
 class Stage:
-    """Folders with what the commands name, and one command at a time for each port.
+    """Folders with the files of the commands, and one command at a time for each port.
 
     Args:
         folder: Where they are made.
@@ -133,7 +133,7 @@ class Stage:
             shutil.copytree(ROOT / "examples", folder / "examples")
             return folder
         shutil.copytree(self._full, folder)
-        # What a command makes is not there before.
+        # Outputs of a command are not there before.
         for made in re.findall(r"(?:\brecord \S+|--save) (\S+)", command.line):
             (folder / made).unlink(missing_ok=True)
         return folder
@@ -202,7 +202,7 @@ def _said(err: bytes) -> list[str]:
 
 
 def _problems(said: Sequence[str]) -> list[str]:
-    # What Python itself says when Ctrl-C meets it, or a program that it starts, before any line of ours.
+    # Messages of Python itself when Ctrl-C meets it, or a program that it starts, before any line of ours.
     told = [line for line in said if not line.startswith("Fatal Python error: init_")]
     return [line for line in told if re.search(r"\berror:", line, re.IGNORECASE)]
 

@@ -1,1 +1,1 @@
-"""What compiled code computes, in plain Python: the oracles that tests compare it with."""
+"""Plain Python versions of compiled code: the oracles that tests compare it with."""

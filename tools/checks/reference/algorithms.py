@@ -20,8 +20,8 @@ class Decision(msgspec.Struct, frozen=True):
     Args:
         t: Frame.
         candidate: The candidate after the decision, None if there is none.
-        decision: What was decided.
-        reason: Why.
+        decision: The decision.
+        reason: Its reason.
     """
 
     t: int

@@ -1,4 +1,4 @@
-"""What was known of repetitions at each time of a recording: the rule in plain Python begins with it."""
+"""The counted repetitions at each time of a recording: the input of the rule in plain Python."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 def counted_by(positions: Array, fps: float, skeleton: Skeleton) -> tuple[Array, list[Array]]:
-    """Return what was known of repetitions: from when on, s, and (n, 4) begin, end, period and number of each.
+    """Return the counted repetitions: the time of each analysis, s, and (n, 4) begin, end, period and number of each.
 
     The first three are in seconds; the number is that in its bout, from 1.
 

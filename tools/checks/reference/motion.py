@@ -1,8 +1,8 @@
-"""The rule of level `motion` on whole arrays, in plain Python: the oracle for what streams decide by evidence.
+"""The rule of level `motion` on whole arrays, in plain Python: the oracle for decisions of streams by evidence.
 
-Nothing here is quick or incremental. What is weighed is explained in `evidence.pxi`, `scales.pxi`, `repetition_labels.pxi`
-and `noise.pxi`; constants are theirs, the rest is written anew. What was counted of repetitions is given. All joints
-must be there in all frames.
+Nothing here is quick or incremental. `evidence.pxi`, `scales.pxi`, `repetition_labels.pxi` and `noise.pxi` explain the
+features; constants are theirs, the rest is written anew. The counted repetitions are an input. All joints must be there
+in all frames.
 """
 
 import math
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 
 class Candidate(NamedTuple):
-    """A key frame of Algorithm 2, and what is known of it when it is confirmed."""
+    """A key frame of Algorithm 2, and its features at the confirmation."""
 
     frame: int  # where the segment after it begins
     confirmed: int  # frame
@@ -44,13 +44,13 @@ class Candidate(NamedTuple):
 
 
 class Motion:
-    """What the rule weighs in a recording, whatever the weights.
+    """The features of a recording, independent of the weights.
 
     Args:
         positions: (n, J, 3) m.
         fps: Hz.
         skeleton: Their joints.
-        counted: What was known of repetitions: see counted.py.
+        counted: The counted repetitions; see counted.py.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Motion:
         self._known: dict[tuple[int, int, int], list[float] | None] = {}
 
     def _candidates(self) -> Iterator[Candidate]:
-        """Yield the key frames of Algorithm 2 with what is known of them."""
+        """Yield the key frames of Algorithm 2 with their features."""
         before = 0
         for frame, found, confirmed, time in algorithm_2(self.curve, SIG_THRESHOLD * self.range, self.times):
             marks = np.arange(found)[::-1]
@@ -168,7 +168,7 @@ class Motion:
 
     @cached_property
     def holds(self) -> Array:
-        """How old a key frame is when it is decided, at each frame, s: longer for slow performers until something is counted."""
+        """Age at which a key frame is decided, at each frame, s: larger for slow performers until a repetition is counted."""
         counts = np.searchsorted(self.counted[0], self.times, "right") - 1
         is_counted = np.array([len(self.counted[1][count]) > 0 for count in counts])
         slowness = np.minimum(self.extent, kernels.HAND) / self.usual
@@ -178,7 +178,7 @@ class Motion:
 
     @cached_property
     def dwells(self) -> list[tuple[float, float]]:
-        """When the performer was slow, (begin, end), s."""
+        """Times in which the performer was slow, (begin, end), s."""
         found: list[tuple[float, float]] = []
         for time in self.times[1:][self.speed[1:] < kernels.SLOW * self.usual[1:]]:
             if found and time - found[-1][1] <= kernels.DWELL_GAP + MARGIN:
@@ -188,7 +188,7 @@ class Motion:
         return found
 
     def _located(self, undecided: list[int], finals: list[int], until: int) -> int:
-        """Return where the oldest key frame lies when it is final: one that ends a repetition in the middle of the pause."""
+        """Return the final place of the oldest key frame; one that ends a repetition moves to the middle of the pause."""
         number = undecided[0]
         here, (label, known) = self.candidates[number].reported, self.labels[number]
         if label != kernels.ENDS or known >= until:
@@ -209,7 +209,7 @@ class Motion:
         return middle if (finals[-1] if finals else 0) < middle < until else here
 
     def _label_at(self, number: int, end: int) -> int:
-        """Return the label of a candidate as far as it is known before a frame."""
+        """Return the label of a candidate by the state before a frame."""
         label, known = self.labels[number]
         return label if known < end else int(kernels.UNLABELLED)
 
@@ -220,7 +220,7 @@ class Motion:
         return float(self.times[self.candidates[number].reported])
 
     def _kept(self, numbers: list[int], left: int, end: int, weights: Weights) -> set[int]:
-        """Return which of the undecided key frames stand at the level (Algorithm 3)."""
+        """Return the undecided key frames that stand at the level (Algorithm 3)."""
         kept = list(numbers)
         while kept:
             bounds = [left, *(self.candidates[number].frame for number in kept), end]
@@ -294,21 +294,21 @@ def _period_at(counted: Array, time: float) -> float:
 
 
 def _is_even(counted: Array, place: int) -> bool:
-    """Tell whether all periods of a repetition's bout are alike."""
+    """Return whether all periods of a repetition's bout are alike."""
     bouts = np.cumsum(counted[:, 3] == 1)
     periods = counted[bouts == bouts[place], 2]
     return bool(periods.max() <= LONGEST_RATIO * periods.min() + MARGIN)
 
 
 def _off_bound(counted: Array, time: float) -> float:
-    """Return how far a time is from where a repetition begins or ends, or should, s."""
+    """Return the distance of a time from the nearest real or expected end of a repetition, s."""
     _, end, period, _ = counted[-1]
     bounds = [*counted[:, 0], *counted[:, 1], end + period * max(0.0, np.rint((time - end) / period))]
     return float(np.abs(np.array(bounds) - time).min())
 
 
 def without_gaps(positions: Array) -> Array:
-    """Return positions with missing joints on straight lines between where they were seen; 0 of those who never were."""
+    """Return positions with missing joints on straight lines between their visible places; 0 for joints never seen."""
     filled = np.array(positions, dtype=np.float64)
     frames = np.arange(len(filled))
     for values in filled.reshape(len(filled), -1).T:
@@ -370,13 +370,13 @@ def filtered(poses: Array, dt: Array) -> Array:
             kernels.SMOOTHING * (poses[t] - poses[t - 1]) / dt[t],
             np.exp(-dt[t] / kernels.SMOOTHING),
         )
-        # A line is followed at a distance, `late`; what differed from it fades.
+        # A line is followed at a distance, `late`; deviations from it fade.
         result[t] = poses[t] - late + kept * (result[t - 1] - (poses[t - 1] - late))
     return result
 
 
 def taken_frames(times: Array) -> NDArray[np.int64]:
-    """Return which frames are processed, about 30 Hz; the others are skipped."""
+    """Return the processed frames, about 30 Hz; the others are skipped."""
     taken = [0]
     for t in range(1, len(times)):
         if times[t] - times[taken[-1]] >= kernels.SPACING - MARGIN:
@@ -385,7 +385,7 @@ def taken_frames(times: Array) -> NDArray[np.int64]:
 
 
 def joint_speeds(poses: Array, times: Array) -> Array:
-    """Return (n, J) m/s, over about a tenth of a second, from poses as they are kept."""
+    """Return (n, J) m/s, over about a tenth of a second, from kept poses."""
     speeds, quanta = np.zeros(poses.shape[:2]), float(kernels.PER_QUANTUM)
     kept = np.rint(poses * quanta) / quanta
     for t in range(1, len(poses)):
@@ -407,7 +407,7 @@ def usual_speeds(speed: Array, dt: Array) -> Array:
 
 
 def steadiness(lingers: NDArray[np.bool_], dt: Array) -> Array:
-    """Return g at each frame: 1 for who lingers little of the time, 0 for who lingers often."""
+    """Return g at each frame: 1 for a performer who lingers rarely, 0 for one who lingers often."""
     lingered, weight = kernels.PRIOR_LINGERED, 1.0
     shares = np.full(len(dt), lingered / weight)
     for t in range(1, len(dt)):
@@ -428,7 +428,7 @@ def slowness(own_time: float, steady: float) -> float:
 
 
 def surroundings(motion: Motion) -> tuple[Array, Array]:
-    """Return A at each frame, m, and how far each pose is from that in which the performer dwells, m."""
+    """Return A at each frame, m, and the distance of each pose from the one in which the performer dwells, m."""
     poses, joints = motion.poses, motion.moving_joints
     extent, away = np.empty(len(poses)), np.zeros(len(poses))
     mean, rest_pose = poses[0].copy(), poses[0].copy()

@@ -13,12 +13,12 @@ Array = NDArray[np.float64]
 
 
 class Heard(NamedTuple):
-    """What is known of a recording's velocity, at each frame.
+    """The velocity of a recording and its noise, at each frame.
 
     Args:
         velocity: m, rms over the joints.
         range: m, so far.
-        noise: m/s, what the sensor's noise adds to the speed u.
+        noise: m/s, the speed that the sensor's noise adds to u.
         loud: Whether the velocity is that of filtered poses.
     """
 
@@ -55,7 +55,7 @@ def velocity(poses: Array, times: Array, joints: int, speed: Array) -> Heard:
 
 
 class _Ear:
-    """The sensor's noise, as far as it was heard; every frame comes in time."""
+    """The estimated noise of the sensor; every frame comes in time."""
 
     def __init__(self) -> None:
         self.span = self.path = self.turn = self.heard = self.squares = 0.0
@@ -65,7 +65,7 @@ class _Ear:
         self.last: Array | float = 0.0
 
     def listen(self, moved: Array, path: float, dt: float) -> None:
-        """Take the displacements of a frame in."""
+        """Process the displacements of a frame."""
         self.step = dt
         squares = float((moved**2).sum())
         scale = np.sqrt(squares * self.squares)
@@ -91,6 +91,6 @@ class _Ear:
 
     @property
     def of_speed(self) -> float:
-        """What the noise adds to the speed of the filtered poses, m/s."""
+        """Speed that the noise adds to the filtered poses, m/s."""
         share = self.step / (self.step + kernels.SMOOTHING)
         return float(self.level * self.step * np.sqrt(share / (2.0 - share)) / kernels.SPEED_WINDOW)

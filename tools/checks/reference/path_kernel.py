@@ -1,8 +1,8 @@
 """The path kernel as the paper states it, on whole arrays and path by path: the oracle of the fast one.
 
 Nothing here is quick or incremental. A segment is all its frames; every path that two graphs share is visited,
-"walks in each of which all vertices are distinct" (section 2.2.2), those of length zero included. What the paper
-leaves open is decided as in `graph.pxi`, `pyramid.pxi` and `kernel.pxi`.
+"walks in each of which all vertices are distinct" (section 2.2.2), those of length zero included. Where the
+paper is silent, this follows `graph.pxi`, `pyramid.pxi` and `kernel.pxi`.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""What `simd.h` computes, in plain Python, number by number and in the same order: tests compare the two bit by bit."""
+"""The functions of `simd.h` in plain Python, number by number and in the same order, for tests bit by bit."""
 
 from typing import Any, Final
 
@@ -58,7 +58,7 @@ def weighted_sums(goal: NDArray[Any], weights: NDArray[Any], lines: NDArray[Any]
 
 
 def page_within(page: NDArray[Any], line: int, limit: float) -> bool:
-    """Tell whether a line of a page has no number above `limit`, and none that is NaN."""
+    """Return whether a line of a page has no number above `limit`, and none that is NaN."""
     most = np.float32(limit)
     return all(page[line + j] <= most for j in range(WIDTH))
 
@@ -96,7 +96,7 @@ def spread_product(
     scale: float,
     floor: float,
 ) -> float:
-    """Multiply how far joints are spread, in `FACTORS` products side by side; see `spread_product` of simd.pxi."""
+    """Multiply the variances of joints, in `FACTORS` products side by side; see `spread_product` of simd.pxi."""
     product = np.ones(FACTORS)
     for joint in range(begin, end, FACTORS):
         for d in range(FACTORS):

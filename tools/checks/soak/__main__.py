@@ -70,7 +70,7 @@ class Watcher:
         self._started = self._looked = 0.0  # monotonic s; the strangers of the beginning come before
 
     def tick(self, pipeline: Pipeline) -> None:
-        """Do what is due; called by the pipeline."""
+        """Do the work that is due; called by the pipeline."""
         now = time.monotonic()
         if not self._stage.playing:
             self._give_up = self._give_up or now + _PATIENCE
@@ -155,7 +155,7 @@ def _judge(
     receivers: Sequence[Receiver],
     neighbours: Neighbours,
 ) -> int:
-    """Print what was found, and return the exit status."""
+    """Print the findings, and return the exit status."""
     hours = stage.sent / FPS / 3600
     print(f"{stage.sent} frames sent, {outcome.frames} taken: {hours:.1f} hours of motion at {FPS:.0f} Hz")
     print("faults: " + ", ".join(f"{count} {name}" for name, count in sorted(stage.faults.injected.items())))

@@ -1,4 +1,4 @@
-"""Faults: what happens to frames between a performer and the segmentation."""
+"""Faults of frames between a performer and the segmentation."""
 
 import random
 from collections import Counter
@@ -23,7 +23,7 @@ class Faults:
     def deliver(
         self, positions: NDArray[np.float32], times: NDArray[np.float64]
     ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-        """Return what arrives of a stretch of frames, in the order in which it does.
+        """Return the arriving frames of a stretch, in the order of arrival.
 
         Args:
             positions: (n, J, 3) metres; left alone.
@@ -38,7 +38,7 @@ class Faults:
         return positions[order], times[order]
 
     def clock_jump(self) -> float:
-        """Return by how much the sender's clock jumps, s; mostly not at all."""
+        """Return the jump of the sender's clock, s; mostly 0."""
         if self._rng.random() < 0.9:
             return 0.0
         self.injected["clock jumps"] += 1

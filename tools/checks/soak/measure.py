@@ -1,4 +1,4 @@
-"""Measure: what a process holds on to."""
+"""Measure: the memory, files and threads of a process."""
 
 import ctypes
 import gc
@@ -14,7 +14,7 @@ _PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
 
 
 class Sample(msgspec.Struct, frozen=True):
-    """What the process held at a moment.
+    """Resources of the process at a moment.
 
     Args:
         seconds: Since the start.
@@ -43,7 +43,7 @@ def measure_exactly() -> None:
 
 
 def memory() -> int:
-    """Return the memory that the process holds (resident set), without what glibc only keeps for later, bytes."""
+    """Return the memory that the process holds (resident set), without glibc's unused reserve, bytes."""
     gc.collect()
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
@@ -62,7 +62,7 @@ def threads() -> int:
 
 
 class Held(msgspec.Struct, frozen=True):
-    """What a process held during a part of the time.
+    """Resources of a process during a part of the time.
 
     Memory and threads are medians, as both come and go. Of file handles it is the most: a server that hangs up on its
     idle clients frees dozens for a moment, and a busy machine may see many such moments.
@@ -74,7 +74,7 @@ class Held(msgspec.Struct, frozen=True):
 
 
 def early_and_late(samples: list[Sample]) -> tuple[Held, Held]:
-    """Return what was held in the second fifth of the time and in the last; in the first one caches fill."""
+    """Return the resources in the second fifth of the time and in the last; in the first one caches fill."""
     fifth = max(1, len(samples) // 5)
     return _held(samples[fifth : 2 * fifth] or samples), _held(samples[-fifth:])
 

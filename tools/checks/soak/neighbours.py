@@ -1,4 +1,4 @@
-"""Neighbours: clients that connect and say nothing, and threads that share what they must not."""
+"""Neighbours: clients that connect and send nothing, and threads that misuse shared objects."""
 
 import contextlib
 import http.client
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mossar_adapters.demo.body import SKELETON
 from mossar_stream import Event, Performers, Segmenter
 
-_IDLE = 40  # connections to each server that say nothing; more than the one for metrics keeps
+_IDLE = 40  # silent connections to each server; more than the one for metrics keeps
 _PERIOD = 1.0  # s between two looks at them
 _MISUSES = 5  # looks between two misuses
 Push = Callable[[NDArray[np.float32], NDArray[np.float64]], list[Event]]
@@ -60,11 +60,11 @@ class Neighbours:
 
 
 class IdleClients:
-    """Connects to servers, says nothing, and connects again when it was hung up on.
+    """Connects to servers, stays silent, and connects again after each disconnection.
 
     Args:
         ports: Of the servers.
-        counted: Is told how many there were.
+        counted: Gets the number of connections.
     """
 
     def __init__(self, ports: list[int], counted: Counter[str]) -> None:
@@ -73,7 +73,7 @@ class IdleClients:
         self._open: list[socket.socket] = []
 
     def look(self) -> None:
-        """Fill up what is missing; called now and then."""
+        """Replace missing neighbours; called now and then."""
         self._open = [client for client in self._open if not _is_over(client)]
         for port in self._ports:
             for _ in range(_IDLE - sum(_port_of(client) == port for client in self._open)):
@@ -95,7 +95,7 @@ def _port_of(client: socket.socket) -> int:
 
 
 def _is_over(client: socket.socket) -> bool:
-    """Tell whether a connection was ended by its server; close it then."""
+    """Return whether a connection was ended by its server; close it then."""
     client.setblocking(False)
     try:
         over = client.recv(1) == b""
@@ -109,7 +109,7 @@ def _is_over(client: socket.socket) -> bool:
 
 
 def is_answered(port: int) -> bool:
-    """Tell whether a server of metrics answers a request, however many idle clients stay connected."""
+    """Return whether a server of metrics answers a request, however many idle clients stay connected."""
     try:
         asking = http.client.HTTPConnection("127.0.0.1", port, timeout=5.0)
         asking.request("GET", "/metrics")
@@ -124,7 +124,7 @@ class Misuse:
     """Lets two threads share a segmenter, and a pool: that must be reported at once, and do no harm.
 
     Args:
-        counted: Is told how often it was refused.
+        counted: Gets the number of refusals.
         frames: That each thread pushes.
     """
 
@@ -141,7 +141,7 @@ class Misuse:
         self._threads.shutdown(wait=False)
 
     def try_once(self) -> list[str]:
-        """Misuse a new segmenter and a new pool; return what went wrong."""
+        """Misuse a new segmenter and a new pool; return the faults."""
         segmenter, pool = Segmenter(SKELETON), Performers()
         pool.announce("ann", SKELETON)
         faults = []
@@ -156,7 +156,7 @@ class Misuse:
         return faults
 
     def _push(self, push: Push, begin: threading.Barrier) -> str:
-        """Push when the other thread does; return what went wrong, nothing if all is well."""
+        """Push when the other thread does; return the fault, empty if there is none."""
         begin.wait(30.0)
         try:
             push(self._still, self._times)

@@ -21,7 +21,7 @@ class Receiver:
 
     Args:
         name: For the user.
-        truth: Tells whether what is heard is right.
+        truth: Checks the received events.
     """
 
     def __init__(self, name: str, truth: Truth) -> None:
@@ -46,7 +46,7 @@ class Receiver:
         raise NotImplementedError
 
     def hear(self, event: Event) -> None:
-        """Take note of an event."""
+        """Note an event."""
         self.heard += 1
         if not self._truth.knows(event):
             self._truth.differ(f"{self.name} heard {event}")
@@ -67,7 +67,7 @@ class Subscriber(Receiver):
 
     Args:
         endpoint: Of the sink.
-        truth: Tells what is right.
+        truth: Checks the received events.
     """
 
     def __init__(self, endpoint: str, truth: Truth) -> None:

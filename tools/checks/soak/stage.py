@@ -36,7 +36,7 @@ class Stage:
 
     Args:
         url: Where the pipeline listens.
-        truth: Is told everything that is sent.
+        truth: Gets everything that is sent.
         arrived: Returns the frames that the pipeline has taken.
         seed: The same seed makes the same faults.
     """
@@ -62,12 +62,12 @@ class Stage:
         self._thread.start()
 
     def stop(self) -> None:
-        """Let the act come to its end, and everybody leave."""
+        """End the act; all performers leave."""
         self._stopped.set()
 
     @property
     def playing(self) -> bool:
-        """Whether somebody has not left yet, or a take has not ended."""
+        """Whether a performer has not left yet, or a take has not ended."""
         return self._thread.is_alive()
 
     def close(self) -> None:
@@ -83,7 +83,9 @@ class Stage:
                 time.sleep(strangers.MOMENT)
             for name in NAMES:
                 self._publisher.announce(self.meta[name])
-                self._end_take(name)  # everybody is known from the beginning: nothing is to grow later
+                self._end_take(
+                    name
+                )  # all performers are announced at the beginning: nothing is to grow later
                 self._truth.leave(name)  # on a slow machine the wall clock ends some of these takes
             self._flood(strangers.FIRST)
             self._wait_until_under_way(0)
@@ -106,12 +108,14 @@ class Stage:
             self.faults.injected["performers left"] += 1
         coming = self._rng.choice([name for name in NAMES if name not in self._on_stage])
         self._on_stage.append(coming)
-        self._publisher.announce(self.meta[coming])  # who was silent for long may have been forgotten
+        self._publisher.announce(
+            self.meta[coming]
+        )  # a performer that was silent for long may have been forgotten
         self._places[coming] = self._place()
         self._clock[coming] += _AWAY  # ends the take before, unless the wall clock has done so
 
     def _place(self) -> tuple[float, NDArray[np.float64]]:
-        """Return how a performer is turned and where it stands while on stage."""
+        """Return the heading and the place of a performer on stage."""
         if self._rng.random() < 0.5:
             return 0.0, np.zeros(3)
         self.faults.injected["turned and shifted"] += 1
@@ -119,7 +123,7 @@ class Stage:
         return self._rng.uniform(0.0, 2 * math.pi), np.array([x, 0.0, z])
 
     def _flood(self, count: int) -> None:
-        """Let strangers come who are never seen again; they take the places of those idle for longest."""
+        """Send strangers that never come again; they replace the performers idle for longest."""
         self.faults.injected["strangers"] += count
         pose = np.array([[0, 1, 0], [0.3, 1, 0]], np.float32)
         for i, name in enumerate(strangers.names(self._rng, count)):
@@ -137,7 +141,7 @@ class Stage:
         self._send(name, pose[0], moment)
 
     def _perform(self) -> None:
-        """Send a stretch of frames of everybody on stage, frame by frame in turn."""
+        """Send a stretch of frames of all performers on stage, frame by frame in turn."""
         delivered = {}
         for name in self._on_stage:
             if name != self._on_stage[-1]:
@@ -194,7 +198,7 @@ def placed(positions: NDArray[np.float32], angle: float, shift: NDArray[np.float
 
 
 def _motions(seed: int) -> tuple[dict[str, Meta], list[NDArray[np.float32]]]:
-    """Return a meta for each performer, and what they can do."""
+    """Return a meta for each performer, and the motions."""
     chunks: dict[str, list[NDArray[np.float32]]] = {}
     skeleton = None
     for item in DemoSource(seed, performers=4, seconds=120, speed="max").items():

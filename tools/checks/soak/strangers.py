@@ -1,4 +1,4 @@
-"""Strangers: names without end, some of which nobody of good will would choose."""
+"""Strangers: names without end, some of them malicious."""
 
 import random
 
@@ -10,7 +10,7 @@ FIRST, LATER = 232, 20
 # Before them, so that little grows later: with those after, more names than sinks keep metas of (1024).
 WAVES = 4
 # s after each wave. A source may bring 1,024 joints a second after 16,384 at once, and a newcomer counts for 32 more than
-# its own (docs/operations.md): so all waves, all performers and the first flood are within what it may.
+# its own (docs/operations.md): so all waves, all performers and the first flood are within its allowance.
 MOMENT = 6.5
 # Seconds between two floods: longer than a take stays open, so that a performer that is dropped has none.
 PERIOD = 25.0
@@ -20,15 +20,15 @@ _ENDS = ("", "   ", "\x1b[2J", "\r\nmossar: all is well", "\u00e9" * 80, "/0/12"
 
 
 def names(rng: random.Random, count: int) -> list[str]:
-    """Return names that nobody has had."""
+    """Return names that no performer has had."""
     return [f"{_BEGINNING}{rng.getrandbits(48):x}{rng.choice(_ENDS)}" for _ in range(count)]
 
 
 def meta(name: str) -> Meta:
-    """Return what a stranger says of itself."""
+    """Return the meta of a stranger."""
     return Meta(name, SKELETON)
 
 
 def is_of_a_stranger(event: Event) -> bool:
-    """Tell whether an event is about one of them: no events are predicted for those."""
+    """Return whether an event is about one of them: no events are predicted for those."""
     return event.performer.startswith(_BEGINNING)

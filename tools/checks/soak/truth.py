@@ -1,8 +1,8 @@
-"""Truth: what must come out, worked out from what was sent.
+"""Truth: the expected events, computed from the sent frames.
 
-The rules of the interface are followed here a second time, frame by frame and without the pipeline: what repeats or
-comes late is dropped but numbered, a step of the clock beyond `max_pause` begins a new take. What is left goes to
-segmenters of our own, in stretches; every event must then come out of the pipeline as exactly the same bytes.
+The rules of the interface are followed here a second time, frame by frame and without the pipeline: repeated and
+late frames are dropped but numbered, a step of the clock beyond `max_pause` begins a new take. The remaining frames go
+to segmenters of our own, in stretches; the pipeline must emit exactly the same bytes for every event.
 """
 
 import threading
@@ -47,7 +47,7 @@ class Truth:
         self._lock = threading.Lock()
 
     def follow(self, name: str, positions: NDArray[np.float32], times: NDArray[np.float64]) -> None:
-        """Take note of frames that are about to be sent."""
+        """Note frames that are about to be sent."""
         who = self._performers.get(name)
         if who is None:
             who = self._performers[name] = _Performer(Segmenter(self._skeleton, self._settings, name))
@@ -66,13 +66,13 @@ class Truth:
         self._push(name, who, positions[begin:], times[begin:])
 
     def leave(self, name: str) -> None:
-        """Take note that a performer has gone for longer than `max_pause`."""
+        """Note that a performer has gone for longer than `max_pause`."""
         who = self._performers[name]
         self._expect(name, who.segmenter.end_take("gap"))
         who.time, who.number = None, 0
 
     def check(self, events: Sequence[Event]) -> None:
-        """Compare what came out."""
+        """Compare emitted events."""
         for event in events:
             if is_clock(event) or is_of_a_stranger(event):
                 continue
@@ -95,7 +95,7 @@ class Truth:
             )
 
     def differ(self, difference: str) -> None:
-        """Take note of a difference."""
+        """Note a difference."""
         self.wrong += 1
         if len(self.differences) < _SHOWN:
             self.differences.append(difference)
@@ -131,7 +131,7 @@ def _comparable(event: Event) -> bytes:
 
 
 def is_clock(event: Event) -> bool:
-    """Return whether an event is about the machine and not about what was moved."""
+    """Return whether an event depends on the machine and not on the motion."""
     if isinstance(event, StatsEvent):
         return True
     return isinstance(event, StreamEvent) and event.event in {"stalled", "resumed"}

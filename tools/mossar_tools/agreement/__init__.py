@@ -1,1 +1,1 @@
-"""Agreement: how well people, or a person and the program, agree on the labels of the same recordings."""
+"""Agreement of people, or of a person and the program, on the labels of the same recordings."""

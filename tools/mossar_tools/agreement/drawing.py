@@ -1,4 +1,4 @@
-"""A picture of agreement: the labels of each labeller, how far boundaries are apart, which names were taken for which."""
+"""A picture of agreement: the labels of each labeller, the distances of boundaries, the confusion of names."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ from mossar_tools.palette import Palette
 WIDTH = 11.0  # inches
 MOST = 8  # recordings that are drawn
 MOST_NAMES = 12  # of a confusion; the rest is left out
-# Okabe and Ito's colours, told apart with any kind of colour vision.
+# Okabe and Ito's colours, distinct with any kind of colour vision.
 COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442", "#999999")
 
 

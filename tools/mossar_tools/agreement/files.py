@@ -1,4 +1,4 @@
-"""Which label files are compared: single files, or those of the same names in folders, and which tier of each."""
+"""The label files to compare: single files, or those of the same names in folders, and the tier of each."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -71,7 +71,7 @@ def tiers_of(paths: Sequence[Path], wanted: Sequence[str]) -> list[Tier]:
         wanted: A name for all, or one for each; none takes the tier that all have in common, or the only one of each.
 
     Raises:
-        MossarError: If a file cannot be read, or it is not clear which tier is meant.
+        MossarError: If a file cannot be read, or the wanted tier is not clear.
     """
     if len(wanted) not in {0, 1, len(paths)}:
         raise UsageError(f"--tier names one tier, or one for each of the {len(paths)} labellers")

@@ -10,19 +10,19 @@ from mossar_adapters.annotations.tiers import Tier
 from mossar_tools.evaluation.matching import Cut, match
 
 TOLERANCES = (0.05, 0.1, 0.25, 0.5)  # s
-NOTHING = ""  # the name of what nobody labelled
+NOTHING = ""  # the name of unlabelled time
 
 Names = tuple[str, str]
 
 
 class Agreement(msgspec.Struct, frozen=True):
-    """How two labellings of one recording, or of several, agree.
+    """Agreement of two labellings of one recording, or of several.
 
     Args:
         boundaries: How many each of the two has.
         hits: By tolerance, s: boundaries of both that lie within it, one to one.
         offsets: s from the first's boundary to the second's, one for each hit at the largest tolerance.
-        confusion: By the names that both gave: s of stretches, or how many moments.
+        confusion: By the names that both gave: s of stretches, or number of moments.
         moments: Whether the labels are moments.
     """
 
@@ -50,7 +50,7 @@ class Agreement(msgspec.Struct, frozen=True):
 
     @property
     def summary(self) -> dict[str, float | int | None]:
-        """What tables have: numbers of boundaries, F1, kappa, and the offsets with their spread, s."""
+        """Values for tables: numbers of boundaries, F1, kappa, and the offsets with their spread, s."""
         offsets = np.array(self.offsets)
         found = bool(len(offsets))
         return {
@@ -74,7 +74,7 @@ def _shares(confusion: Mapping[Names, float], of: int) -> dict[str, float]:
 
 
 def agreement(one: Tier, other: Tier, tolerances: Sequence[float] = TOLERANCES) -> Agreement:
-    """Return how two tiers agree.
+    """Return the agreement of two tiers.
 
     Args:
         one: Of the first.
@@ -120,7 +120,7 @@ def boundaries(tier: Tier) -> list[float]:
 
 
 def _overlaps(one: Tier, other: Tier) -> dict[Names, float]:
-    """Return for how long which names were given at once, s, from 0 to the last end."""
+    """Return the duration of each pair of names, s, from 0 to the last end."""
     edges = sorted({0.0, *boundaries(one), *boundaries(other)})
     found: dict[Names, float] = defaultdict(float)
     ours, theirs = _names(one, edges), _names(other, edges)

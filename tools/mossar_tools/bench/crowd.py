@@ -35,7 +35,7 @@ class _Way(NamedTuple):
 
 
 class Crowd:
-    """Performers who do the same, each at another place of the motion.
+    """Performers with the same motion, each at another place of it.
 
     Args:
         motion: At `CROWD_FPS`.
@@ -61,14 +61,14 @@ class Crowd:
         return (resident_bytes() - self._before) / len(self.names) / 1e3
 
     def batch(self, size: int) -> Batch:
-        """Return the next frames of everybody: (P, size, J, 3) m and (size,) s."""
+        """Return the next frames of all performers: (P, size, J, 3) m and (size,) s."""
         moments = np.arange(self._frame, self._frame + size)
         self._frame += size
         places = (self._starts[:, None] + moments) % len(self._motion.times)
         return self._motion.positions[places], moments / self._motion.fps
 
     def push_many(self, batch: Batch) -> int:
-        """Push everybody's frames at once and return the number of events."""
+        """Push the frames of all performers at once, and return the number of events."""
         return len(self.pool.push_many(self.names, *batch))
 
     def push_each(self, batch: Batch) -> int:
@@ -88,10 +88,10 @@ _WAYS = (
 
 
 def measure(work: Work) -> Iterator[Measurement]:
-    """Yield rates, what they mean in performers, and the memory of each."""
+    """Yield rates, the number of performers that they allow, and the memory of each."""
     count = work.some(PERFORMERS, 40)
     motion = work.single.slowed(CROWD_FPS)
-    Crowd(motion, 2)  # what all performers share is not counted as memory of performers
+    Crowd(motion, 2)  # shared memory is not counted as memory of performers
     crowd = Crowd(motion, count)
     early = crowd.kilobytes()
     for way in _WAYS:

@@ -26,8 +26,8 @@ class Machine(msgspec.Struct, frozen=True):
         cores: That this process may use.
         system: Operating system.
         versions: Of Python and of the libraries.
-        load: Load average over a minute, before and after; None where the system does not tell.
-        others: Cores that other processes used on average meanwhile; None where the system does not tell.
+        load: Load average over a minute, before and after; None where the system has none.
+        others: Cores that other processes used on average meanwhile; None where the system does not report it.
         stolen: Cores that the host of a virtual machine took away meanwhile.
     """
 
@@ -57,7 +57,7 @@ class Watch:
         self._own = _own_seconds()
 
     def machine(self) -> Machine:
-        """Return the machine and what went on since the beginning."""
+        """Return the machine and its load since the beginning."""
         found = Machine(
             _cpu(),
             _cores(),

@@ -8,8 +8,8 @@ import msgspec
 import numpy as np
 
 Unit = Literal["frames/s", "ns/frame", "ns", "us", "ms", "s", "MB", "kB", "performers", ""]
-OWN = 0.9  # share of the time that a run must have had the processor for the wall clock to say something
-HALF = 2.0  # by how much a target may be missed while neighbours load the machine
+OWN = 0.9  # least share of the time with the processor for which the wall clock is meaningful
+HALF = 2.0  # factor by which a target may be missed while neighbours load the machine
 
 
 class Target(msgspec.Struct, frozen=True):
@@ -43,8 +43,8 @@ class Measurement(msgspec.Struct, frozen=True):
         part: Which of the measures it belongs to.
         name: The measured quantity.
         unit: Of the values.
-        wall: One value for each run, by the wall clock, or of what has no clock.
-        cpu: The same by processor time; empty where that says nothing.
+        wall: One value for each run, by the wall clock, or without a clock.
+        cpu: The same by processor time; empty where that is meaningless.
         target: Its target.
         note: For people to read.
     """
@@ -60,7 +60,7 @@ class Measurement(msgspec.Struct, frozen=True):
 
     @property
     def values(self) -> tuple[float, ...]:
-        """What is shown: by the clock that says something."""
+        """The values to show, by the meaningful clock."""
         return self.cpu if self.clock == "cpu" else self.wall
 
     @property
@@ -107,7 +107,7 @@ def duration(
     *,
     each: float = 1.0,
 ) -> Measurement:
-    """Return what a run took, in a unit of time, divided by `each`."""
+    """Return the duration of a run, in a unit of time, divided by `each`."""
     scale = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "ns/frame": 1e9}[unit] / each
     by_wall, by_cpu = _by_clocks(runs, lambda seconds: seconds * scale)
     limit = None if target is None else Target(target)

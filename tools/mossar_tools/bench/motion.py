@@ -73,7 +73,7 @@ def to_and_fro(name: str, skeleton: Skeleton, fps: float, positions: NDArray[np.
 
 
 def joined(name: str, motions: Sequence[Motion]) -> Motion:
-    """Return motions of one skeleton, one after the other, each a take of its own."""
+    """Return motions of one skeleton in sequence, each a take of its own."""
     times, start = [], 0.0
     for motion in motions:
         times.append(start + motion.times)

@@ -25,7 +25,7 @@ def draw(path: Path, rows: Sequence[Measurement], measures: Measures, about: str
     Args:
         path: `.png`, `.svg` or `.pdf`.
         rows: Part by part.
-        measures: What the parts are.
+        measures: Descriptions of the parts.
         about: The machine.
         palette: Colours.
     """

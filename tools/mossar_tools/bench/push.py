@@ -1,4 +1,4 @@
-"""Push: how long a caller waits for `Segmenter.push` of one frame.
+"""Push: the time that a caller waits for `Segmenter.push` of one frame.
 
 A push that the operating system interrupts to run another program is no measure of this one. Where the system counts
 interruptions, the pushes in blocks without any are shown as well.
@@ -59,10 +59,10 @@ def waits(
     Args:
         motion: The frames to push.
         frames: How many, after the warm-up.
-        form: Makes of a frame, float32 and contiguous, and its time what is handed over.
+        form: Converts a frame, float32 and contiguous, and its time to the pushed form.
 
     Returns:
-        (frames,) s, how long each push took, and whether it was in a block without an interruption.
+        (frames,) s, duration of each push, and whether it was in a block without an interruption.
     """
     segmenter = Segmenter(motion.skeleton, Settings(), fps=motion.fps)
     stream = singles(motion.chunks(WARM_UP + frames, 1 << 20))
@@ -92,7 +92,7 @@ def singles(chunks: list[Chunk]) -> Iterator[tuple[NDArray[np.float32], float]]:
 
 
 def interruptions_of_thread() -> Callable[[], int]:
-    """Return a function that counts how often this thread was preempted; always 0 where the system does not say."""
+    """Return a function that counts preemptions of this thread; always 0 where the system does not report them."""
     try:
         import resource
     except ImportError:  # Windows

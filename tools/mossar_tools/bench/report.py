@@ -11,12 +11,12 @@ from mossar_tools.bench.measurement import OWN, Measurement, Unit
 NOTES = f"""medians of repeated runs [least .. largest]; "wall" is time by the wall clock, "cpu" processor time, which is shown where
 a run had the processor for less than {OWN:.0%} of the time"""
 BUSY = """Neighbours loaded the machine: caches and memory are shared with them, so that even processor times are longer than on
-an idle machine. "half (busy)": half of what is wanted, which is acceptable then."""
+an idle machine. "half (busy)": half of the target, which is acceptable then."""
 _SCALES = ((1e9, "G"), (1e6, "M"), (1e3, "k"))
 
 
 def machine_lines(machine: Machine) -> Iterator[str]:
-    """Yield what the numbers were measured on, and whether it was idle."""
+    """Yield the machine of the measurements, and whether it was idle."""
     versions = ", ".join(f"{name} {version}" for name, version in machine.versions.items())
     yield f"{machine.cpu}, {machine.cores} cores; {machine.system}; {versions}"
     if machine.load is not None:

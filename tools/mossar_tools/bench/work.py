@@ -43,7 +43,7 @@ def prepare(wholes: Sequence[LoadedRecording], *, quick: bool, on_progress: Call
     Of recordings with several skeletons those are taken whose number of joints is nearest to `JOINTS`.
     """
     own = performer(QUICK_SECONDS if quick else PERFORMER_SECONDS)
-    # Readers may lay positions out otherwise; copying them is not what is measured.
+    # Readers may lay positions out otherwise; copying them is not measured.
     usable = [
         msgspec.structs.replace(whole, positions=np.ascontiguousarray(whole.positions))
         for whole in wholes

@@ -1,9 +1,9 @@
-"""The dashboard: a page in the browser that shows what the segmenter thinks, and lets people move the level.
+"""The dashboard: a page in the browser that shows the segmentation, and has controls for the level.
 
     frames, events ──▶ show (live or recorded) ──▶ glimpses ──▶ page: scene, chart, tables
                            ▲                                       │
                            └────────── controls ◀──────────────────┘
 
-A show keeps what is needed of the recent past, bounded. The page looks at it from a thread of its own, 30 times a
+A show keeps the needed part of the recent past, bounded. The page looks at it from a thread of its own, 30 times a
 second at most, so that drawing never holds up the stream.
 """

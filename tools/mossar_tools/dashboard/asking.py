@@ -1,6 +1,6 @@
 """Asking: how the parts of the page that are our own HTML ask for something.
 
-viser passes on what is done to its widgets only. A press on the chart fetches a path from the same server instead;
+viser passes on events of its widgets only. A press on the chart fetches a path from the same server instead;
 `server` answers it.
 """
 
@@ -8,10 +8,10 @@ HEADER = "X-Mossar"  # pages of other sites cannot send it without asking first,
 
 
 def asking(path: str, value: str) -> str:
-    """Return JavaScript that asks for something.
+    """Return JavaScript of a request.
 
     Args:
-        path: What for.
-        value: JavaScript of what stands behind the question mark.
+        path: Path of the request.
+        value: JavaScript of the text behind the question mark.
     """
     return f"fetch('{path}?'+({value}),{{headers:{{'{HEADER}':'1'}}}})"

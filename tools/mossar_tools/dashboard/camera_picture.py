@@ -1,4 +1,4 @@
-"""Camera picture: what a webcam shows, mirrored, with the skeleton on it; asked for by `?picture=yes`."""
+"""Camera picture: the picture of a webcam, mirrored, with the skeleton on it, with `?picture=yes`."""
 
 from typing import TYPE_CHECKING, Any, Final
 

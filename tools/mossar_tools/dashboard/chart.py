@@ -130,7 +130,7 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: boo
 
 
 def _symbol(mark: Mark, place: str, y: float, baseline: float, *, seeks: bool) -> str:
-    """Return stem and symbol of a key frame, with what is known of it as a tooltip."""
+    """Return stem and symbol of a key frame, with its fields as a tooltip."""
     strength = "" if mark.strength is None else f", strength {mark.strength:.2f}"
     title = f"<title>{mark.kind} at {mark.time:.2f} s, frame {mark.frame}{strength}</title>"
     touch = visiting(mark.time) if seeks else ""
@@ -235,7 +235,7 @@ def _within(glimpse: Chart, part: Stretch | NamedMove) -> tuple[float, float]:
 
 
 def _placer(glimpse: Chart) -> Callable[[float], str]:
-    """Return what turns a time into a horizontal place."""
+    """Return a function from a time to a horizontal place."""
     scale = 100 / (glimpse.end - glimpse.start)
     return lambda time: f"{(time - glimpse.start) * scale:.2f}%"
 

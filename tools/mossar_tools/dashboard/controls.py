@@ -1,4 +1,4 @@
-"""Controls: sliders, buttons and keys; what they do is asked of the show."""
+"""Controls: sliders, buttons and keys, which send requests to the show."""
 
 import time
 from collections.abc import Callable
@@ -24,13 +24,13 @@ _ACTIVE = "\N{BLACK CIRCLE} "  # before the name of the level in force
 _RESET, _SAVE = "Reset", "Save settings"
 _CSV, _PNG = "CSV", "PNG"
 SPEEDS = ("0.25", "0.5", "1", "2", "4")
-# What browsers call the keys; + needs shift on some keyboards and not on others.
+# Names of the keys in browsers; + needs shift on some keyboards and not on others.
 _STEPS: Any = (("[plus]", None, 1), ("[plus]", "shift", 1), ("=", None, 1), ("-", None, -1))
 _LEVEL_HINT = {
     RecordedShow: "As --level; a level with other features is segmented for again",
     LiveShow: "As --level; a level with other features starts a new take",
 }
-_QUIET = 0.6  # s after a touch in which the page does not move what was touched
+_QUIET = 0.6  # s after a touch in which the page does not move the touched widget
 
 
 class Controls:
@@ -38,8 +38,8 @@ class Controls:
 
     Args:
         server: The page's server.
-        show: What they act on.
-        folder: Where files are written.
+        show: The show that they change.
+        folder: Folder of written files.
     """
 
     def __init__(self, server: ViserServer, show: LiveShow | RecordedShow, folder: Path) -> None:
@@ -70,7 +70,7 @@ class Controls:
             self._add_keys(show)
 
     def sync(self) -> None:
-        """Show what has changed by itself: the playhead, and sliders that follow one another."""
+        """Show changes that no person made: the playhead, and sliders that follow one another."""
         show = self._show
         self._set_range(self._level, highest_strength(show.settings))
         self._set(self._level, round(min(show.strength, self._level.max), 2))
@@ -96,11 +96,11 @@ class Controls:
         self._set(self._frames, min(settings.smoothing_window, 60))
 
     def close(self) -> None:
-        """Forget what has been asked for and has not begun."""
+        """Forget requests that have not begun."""
         self._tasks.close()
 
     def _set(self, handle: Any, value: float | str) -> None:
-        """Move a slider, or choose from a list, unless a person moves it or what they want of it is still to be done."""
+        """Move a slider, or choose from a list, unless a person moves it or their request is still to be done."""
         quiet = time.monotonic() - self._touched.get(id(handle), 0.0) > _QUIET
         if handle.value != value and quiet and not self._tasks.waits(id(handle)):
             handle.value = value
@@ -149,7 +149,7 @@ class Controls:
             self._on(self._count, lambda value: show.set_count(int(value)))
 
     def _name_level(self, name: Any) -> None:
-        """Show a named level, and say so where its features are other ones."""
+        """Show a named level, with a note if its features are other ones."""
         show = self._show
         if not needs_other_bundle(show.settings, name):
             show.set_level(name)

@@ -10,7 +10,7 @@ from mossar_stream import Skeleton
 from mossar_tools.stick_figures import head_of
 
 BONE, JOINT, HEAD = 0.030, 0.042, 0.105  # radii, m
-HIDDEN = 1e-5  # scale of what is missing
+HIDDEN = 1e-5  # scale of missing parts
 
 Floats = NDArray[np.float32]
 

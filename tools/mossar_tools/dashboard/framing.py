@@ -1,7 +1,7 @@
 """Framing: where the camera stands, so that the performer of now is in the picture on any screen.
 
-The chart covers a part of the picture: below, but above on phones, where the controls come up from below. What
-remains is filled. Where a row of ghosts would become too small, the oldest fall off the left edge.
+The chart covers a part of the picture: below, but above on phones, where the controls come up from below. The scene
+fills the rest. Where a row of ghosts would become too small, the oldest fall off the left edge.
 """
 
 import math
@@ -22,9 +22,9 @@ USUAL = (1440, 800)
 
 
 def size_teller() -> str:
-    """Return HTML that tells the size of its window, which viser knows in pixels of the graphics card only.
+    """Return HTML that reports the size of its window, which viser knows in pixels of the graphics card only.
 
-    It also gives the page its name, which viser lets nobody choose.
+    It also gives the page its name, for which viser has no option.
     """
     tell = asking("mossar/window", "innerWidth+'x'+innerHeight")
     return f'<img alt="" hidden="" src="data:," onerror="document.title=\'mossar\';const f=()=>{tell};f();window.onresize=f"/>'
@@ -54,11 +54,11 @@ def _across(window: Size) -> int:
 
 
 def framed(window: Size, width: float, needed: float, *, whole_take: bool) -> tuple[Point, Point]:
-    """Return where the camera stands and what it looks at.
+    """Return the place of the camera and the point that it looks at.
 
     Args:
         window: Its width and height, px.
-        width: Of the scene, m, its middle at 0; what matters most is at the right end.
+        width: Of the scene, m, its middle at 0; the most important part is at the right end.
         needed: So much of the right end must be seen, m.
         whole_take: Whether the overview of the whole take is shown, too.
     """
@@ -69,7 +69,7 @@ def framed(window: Size, width: float, needed: float, *, whole_take: bool) -> tu
     upright = free / _TALL  # px for a metre, where the height decides
     scale = min(upright, max(across / width, min(_SMALLEST * upright, across / needed)))
     away = down / (2 * scale * math.tan(FIELD / 2))
-    nearer = away / (away - min(FRONT, away / 2))  # by which what stands in front looks larger
+    nearer = away / (away - min(FRONT, away / 2))  # by which things in front look larger
     middle = max(0.0, width / 2 - across / (2 * scale * nearer))
     low = _MIDDLE - (down / 2 - (top + free / 2)) / scale
     position = (middle, -away * math.cos(PITCH), low + away * math.sin(PITCH))

@@ -10,7 +10,7 @@ from mossar_tools.marks import Chart, Mark
 
 
 class Repeated(msgspec.Struct, frozen=True):
-    """How often a movement was repeated.
+    """Count of a repeated movement.
 
     Args:
         total: In the take.
@@ -22,7 +22,7 @@ class Repeated(msgspec.Struct, frozen=True):
 
 
 class FollowedMove(msgspec.Struct, frozen=True):
-    """A move that is followed, as it is shown.
+    """View of a followed move.
 
     Args:
         name: Of the move.
@@ -62,7 +62,7 @@ class Body(msgspec.Struct, frozen=True):
 
     Args:
         joints: (J, 3) m; x to the right of the viewer, y away, z up, the centre above the origin.
-        motion: (J,) how much each joint moves, 0..1.
+        motion: (J,) share of each joint in the motion, 0..1.
     """
 
     joints: NDArray[np.float32]
@@ -87,10 +87,10 @@ class Glimpse(Chart, frozen=True, kw_only=True):
         body: The last pose; None before there is one.
         ghosts: Poses of the last kept key frames, oldest first.
         statistics: Statistics to show, name and value.
-        repeated: What was counted in this take; None if nothing was.
+        repeated: The count in this take; None if nothing was counted.
         followed_moves: The moves that are followed, the one to be shown large first.
         overlay: The example of that move at the same place; None while it is not being made.
-        count: What was counted since the page was opened.
+        count: The count since the page was opened.
     """
 
     performer: str

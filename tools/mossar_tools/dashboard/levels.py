@@ -1,6 +1,6 @@
 """Levels: their names and numbers on the page.
 
-A named level is what `--level` gives: a strength and the bundle of features that the strengths are of. A number is a
+A named level is that of `--level`: a strength and the bundle of features that the strengths are of. A number is a
 strength within the bundle that is in force; it never borrows a name from another one.
 """
 
@@ -8,7 +8,7 @@ from mossar_stream import LEVEL_NAMES, LevelName, Settings
 
 
 def needs_other_bundle(settings: Settings, level: LevelName | float) -> bool:
-    """Tell whether a level is of other features than those of the settings.
+    """Return whether a level is of other features than those of the settings.
 
     Example:
         >>> needs_other_bundle(Settings(), "cluster"), needs_other_bundle(Settings(), 0.5)
@@ -23,19 +23,19 @@ def strength_of(settings: Settings, level: LevelName | float) -> float:
 
 
 def highest_strength(settings: Settings) -> float:
-    """Return how far a slider of strengths goes."""
+    """Return the largest strength of a slider."""
     names = [name for name in LEVEL_NAMES if not needs_other_bundle(settings, name)]  # type: ignore[arg-type]
     return 2.0 * max([0.5, *(settings.strength(name) for name in names)])  # type: ignore[arg-type]
 
 
 def level_words(settings: Settings, level: LevelName | float, strength: float, count: int | None) -> str:
-    """Return what is shown, in words.
+    """Return the present level, in words.
 
     Args:
         settings: Those in force.
         level: A name or a strength.
         strength: Its strength.
-        count: Number of key frames asked for instead; None if none was.
+        count: Wanted number of key frames instead; None for a level.
 
     Example:
         >>> level_words(Settings(), "motion", 0.45, None)

@@ -1,4 +1,4 @@
-"""Limb strips: what limbs do, and moves and poses that were recognised, of one live performer, bounded in everything."""
+"""Limb strips: the states of limbs, and recognised moves and poses, of one live performer, all bounded."""
 
 import math
 from typing import TypeVar

@@ -44,7 +44,7 @@ _Task = Callable[["Pool"], list[Event]]
 
 
 class _Sample(msgspec.Struct, frozen=True):
-    """What the segmenting thread hands over to the page."""
+    """Data that the segmenting thread hands over to the page."""
 
     performer: str
     state: CurveState
@@ -56,7 +56,7 @@ class _Sample(msgspec.Struct, frozen=True):
 
 
 class LiveShow:
-    """Remembers what a pipeline does; implements `Sink` and `FrameSink`.
+    """Remembers the output of a pipeline; implements `Sink` and `FrameSink`.
 
     Args:
         settings: Those that the pipeline starts with.
@@ -89,12 +89,12 @@ class LiveShow:
         self.recorder = Recorder()
         self.teaching = Teaching(folder or Path.cwd(), moves, self._recognise)
         self.frozen = False
-        self._said = ""  # what keeps frames from coming
-        self._explained = 0.0  # monotonic s, when the sources are asked next
+        self._said = ""  # reason why no frames come
+        self._explained = 0.0  # monotonic s, time of the next question to the sources
         self.settings = settings  # as changed since
         self.level: LevelName | float = settings.level
         self._asked: list[_Task] = []  # before there was a pipeline
-        self._under_way = 0  # of what the page asked for
+        self._under_way = 0  # requests of the page
         self._in_force: tuple[Settings, LevelName | float] | None = None  # in the pipeline, as seen last
         self._follows = 0.0  # monotonic s, when to look again
         self._pipeline: Pipeline | None = None
@@ -107,10 +107,10 @@ class LiveShow:
         self._lock = threading.Lock()
         self._shown: list[Glimpse] = []
 
-    # What the pipeline calls.
+    # Methods for the pipeline.
 
     def announce(self, meta: Meta) -> None:
-        """Take note of a performer."""
+        """Note a performer."""
         self.recorder.announce(meta)
         self.teaching.announce(meta)
         with self._lock:
@@ -177,7 +177,7 @@ class LiveShow:
             self._sampled.pop(next(iter(self._sampled)))
 
     def _explain(self, pipeline: "Pipeline", now: float) -> None:
-        """Say what the sources know of why no frames come."""
+        """Show the sources' explanation of why no frames come."""
         if self._explained:
             self._said = "; ".join(filter(None, (explanation(feed.source) for feed in pipeline.feeds)))
         self._explained = now + _EXPLAINS_EVERY
@@ -193,11 +193,11 @@ class LiveShow:
             settings = settings.replace(level=self.settings.level)
         self.settings, self.level = settings, level
 
-    # What the page calls.
+    # Methods for the page.
 
     @property
     def waits_for(self) -> str:
-        """Why there is nothing to see yet."""
+        """Reason why there is nothing to see yet."""
         return self._said or WAITING
 
     def glimpses(self) -> list[Glimpse]:
@@ -225,10 +225,10 @@ class LiveShow:
             ]
 
     def picture(self, palette: Palette) -> tuple[str, bytes]:
-        """Return the first performer's name, and what the page shows of them as a PNG.
+        """Return the first performer's name, and the page's picture of it as a PNG.
 
         Raises:
-            MossarError: If matplotlib is missing, or nobody has moved yet.
+            MossarError: If matplotlib is missing, or no performer has moved yet.
         """
         check_picture("live.png")
         from mossar_tools.dashboard.live_picture import live_picture
@@ -252,7 +252,7 @@ class LiveShow:
         return strength_of(self.settings, level)
 
     def set_level(self, level: LevelName | float) -> None:
-        """Move the level of all performers. A number is a strength; a name is what `--level` gives.
+        """Move the level of all performers. A number is a strength; a name is that of `--level`.
 
         A name whose bundle is another one ends the takes, because its strengths are of other features.
         """
@@ -266,7 +266,7 @@ class LiveShow:
             self._ask(lambda pool: pool.set({"level": level}))
 
     def _begin_anew(self, pool: "Pool", changes: dict[str, object]) -> list[Event]:
-        """Change what strengths are of; key frames so far stay as they were."""
+        """Change the bundle of the strengths; earlier key frames stay as they were."""
         events = pool.set(changes)
         with self._lock:
             for name, track in self._tracks.items():
@@ -295,7 +295,7 @@ class LiveShow:
 
     @property
     def people(self) -> list[dict[str, object]]:
-        """The slots that were used, and who is in them; see `Slots.table`."""
+        """The used slots, and their people; see `Slots.table`."""
         if self._pipeline is None or not self.has_people:
             return []
         rows = [row for rows in slots_by_source(self._pipeline).values() for row in rows]
@@ -328,7 +328,7 @@ class LiveShow:
         """Have the first performer that is shown teach a move.
 
         Raises:
-            MossarError: If there is nobody, or a move cannot be called so.
+            MossarError: If there is no performer, or a move cannot have this name.
         """
         with self._lock:
             track = self._tracks[min(self._tracks)] if self._tracks else None
@@ -378,7 +378,7 @@ class LiveShow:
                 rates.append((time.monotonic(), sample.stats["frames"]))
 
     def rate_of(self, performer: str) -> float | None:
-        """Return how many frames of a performer come in a second; None before the first."""
+        """Return the rate of a performer's frames, Hz; None before the first."""
         rates = self._rates.get(performer)
         if not rates:
             return None

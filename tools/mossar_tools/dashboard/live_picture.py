@@ -27,7 +27,7 @@ def live_picture(
     Args:
         glimpse: The performer now.
         poses: (J, 3) m, at the key frames whose pose is known, by the id of the key frame.
-        level: Strength from which key frames stand, and what to call it.
+        level: Strength from which key frames stand, and its name.
         palette: Colours.
     """
     marks = [mark for mark in glimpse.marks if not mark.tentative]
@@ -41,12 +41,12 @@ def live_picture(
 
 
 def excerpt_of(glimpse: Glimpse, marks: list[Mark], level: tuple[float, str]) -> Excerpt:
-    """Return what is drawn; key frames are numbered in the order of their times, as their poses are.
+    """Return the drawn excerpt; key frames are numbered in the order of their times, as their poses are.
 
     Args:
         glimpse: The performer now.
         marks: Key frames to draw, in order of time.
-        level: Strength from which they stand, and what to call it.
+        level: Strength from which they stand, and its name.
     """
     numbered = [
         msgspec.structs.replace(mark, frame=i, strength=level[0] if mark.strength is None else mark.strength)

@@ -1,4 +1,4 @@
-"""Motion: how much each joint moves, relative to the centre of the body."""
+"""Motion: the share of each joint in the motion, relative to the centre of the body."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,5 +34,5 @@ class Motion:
         self._last = (time, relative)
 
     def shares(self) -> NDArray[np.float32]:
-        """Return how much each joint moves, (J,) 0..1."""
+        """Return the share of each joint in the motion, (J,) 0..1."""
         return np.asarray(np.clip(self._speed / FAST, 0.0, 1.0) ** 0.8, np.float32)

@@ -1,6 +1,6 @@
 """Overview: a whole recording on one line, and where in it the chart and the playhead are.
 
-The line is drawn once for each level; what moves lies above it and is small.
+The line is drawn once for each level; the moving parts lie above it and are small.
 """
 
 import numpy as np
@@ -22,8 +22,8 @@ def overview(charts: list[Chart], start: float, end: float) -> str:
 
     Args:
         charts: Performers, one row each.
-        start: Where the recording begins, s.
-        end: Where it ends, s.
+        start: Begin of the recording, s.
+        end: End of it, s.
     """
     span = max(end - start, 1e-3)
     high = (OVERVIEW - _AXIS - 6) / max(len(charts), 1)
@@ -40,11 +40,11 @@ def overview(charts: list[Chart], start: float, end: float) -> str:
 
 
 def place(start: float, end: float, window: tuple[float, float], now: float) -> str:
-    """Return where the chart and the playhead are in the recording, as HTML to lie upon it.
+    """Return the places of the chart and the playhead in the recording, as HTML to lie upon it.
 
     Args:
-        start: Where the recording begins, s.
-        end: Where it ends, s.
+        start: Begin of the recording, s.
+        end: End of it, s.
         window: From and to of the chart, s.
         now: The playhead, s.
     """

@@ -108,12 +108,12 @@ class Page:
 
     @property
     def url(self) -> str:
-        """Where to look."""
+        """URL of the page."""
         return f"http://127.0.0.1:{self.port}"
 
     @property
     def viewers(self) -> int:
-        """How many windows show the page."""
+        """Number of windows that show the page."""
         return len(self._server.get_clients())
 
     def start(self, *, open_browser: bool) -> None:
@@ -137,7 +137,7 @@ class Page:
         self._server.stop()
 
     def _know_window(self, text: str) -> None:
-        """Take note of the size of a window, as in 390x844."""
+        """Note the size of a window, as in 390x844."""
         across, _, down = text.partition("x")
         self._scene.know_window((int(across), int(down)))
 
@@ -204,7 +204,7 @@ def _tell_invitation(url: str) -> None:
 
 
 def _answers(show: LiveShow | RecordedShow) -> dict[str, Callable[[str], None]]:
-    """Return what the chart may ask for."""
+    """Return the requests of the chart."""
     if not isinstance(show, RecordedShow):
         return {}
     return {

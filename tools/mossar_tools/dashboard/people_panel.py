@@ -1,4 +1,4 @@
-"""People panel: who is in which slot, with what pins and exchanges them."""
+"""People panel: the person of each slot, with buttons that pin and exchange them."""
 
 from collections.abc import Callable
 from html import escape
@@ -35,7 +35,7 @@ class PeoplePanel:
         on(exchange, lambda _: show.exchange(self._one.value, self._other.value))
 
     def sync(self) -> None:
-        """Show who is where now."""
+        """Show the present person of each slot."""
         rows = self._show.people
         slots = tuple(str(row["slot"]) for row in rows) or ("p1",)
         if slots != self._slots:

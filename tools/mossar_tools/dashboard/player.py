@@ -8,8 +8,8 @@ class Player:
     """A playhead that moves by itself. Any thread may call any method.
 
     Args:
-        start: Where the recording begins, s.
-        end: Where it ends, s; the playhead goes back to the start from there.
+        start: Begin of the recording, s.
+        end: End of it, s; the playhead goes back to the start from there.
         speed: Seconds of the recording per second.
     """
 
@@ -24,7 +24,7 @@ class Player:
 
     @property
     def place(self) -> float:
-        """Where the playhead is, s."""
+        """Time of the playhead, s."""
         with self._lock:
             return self._now()
 

@@ -47,7 +47,7 @@ class _Segmented(msgspec.Struct, frozen=True):
 
 
 class _Part:
-    """One performer: frames, what was found in them, and the level of it that is shown."""
+    """One performer: frames, their result, and the shown level."""
 
     def __init__(self, performer: str, whole: LoadedRecording, settings: Settings) -> None:
         self.performer = performer
@@ -87,8 +87,8 @@ class RecordedShow:
     ) -> None:
         self.settings = settings
         self.level: LevelName | float = settings.level
-        self.count: int | None = None  # key frames asked for, None while the level decides
-        self.version = 0  # another one whenever what is shown of the whole recording has changed
+        self.count: int | None = None  # wanted number of key frames, None while the level decides
+        self.version = 0  # another one after each change in the view of the whole recording
         self._parts = [_Part(name, whole, settings) for name, whole in parts]
         times = [whole.times for _, whole in parts if len(whole.times)]
         ends = (min(t[0] for t in times), max(t[-1] for t in times)) if times else (0.0, 0.0)
@@ -98,12 +98,12 @@ class RecordedShow:
 
     @property
     def total(self) -> int:
-        """How many key frames Algorithm 2 has found in the first recording."""
+        """Number of key frames that Algorithm 2 has found in the first recording."""
         return len(self._parts[0].found.result.key_frames)
 
     @property
     def kept(self) -> int:
-        """How many of them stand."""
+        """Number of those that stand."""
         return len(self._parts[0].chart.kept)
 
     @property
@@ -122,7 +122,7 @@ class RecordedShow:
         return strength_of(self.settings, level)
 
     def set_level(self, level: LevelName | float) -> None:
-        """Show a level. A number is a strength among what has been found; a name is what `--level` gives.
+        """Show a level. A number is a strength within the present result; a name is that of `--level`.
 
         A name whose bundle is another one is segmented for anew, because its strengths are of other features.
         """
@@ -157,7 +157,7 @@ class RecordedShow:
             self._choose(found)
 
     def _segmented(self, settings: Settings) -> list[_Segmented]:
-        """Return what is found with other settings; meanwhile what was found before is shown."""
+        """Return the result with other settings; meanwhile the earlier one is shown."""
         return [_segmented(part.whole, settings) for part in self._parts]
 
     def reset(self) -> None:
@@ -175,7 +175,7 @@ class RecordedShow:
             return [(part.performer, mark) for part in self._parts for mark in part.chart.marks]
 
     def picture(self, palette: Palette) -> tuple[str, bytes]:
-        """Return the first performer's name, and the whole recording of them as it is shown, as a PNG.
+        """Return the first performer's name, and the shown picture of the whole recording as a PNG.
 
         Raises:
             MossarError: If matplotlib is missing.
@@ -200,7 +200,7 @@ class RecordedShow:
         return re.sub(r"[^\w.-]+", "-", Path(self._parts[0].whole.name).stem).strip("-") or "recording"
 
     def outlines(self) -> list[Chart]:
-        """Return what there is to see of the whole recording, one performer each."""
+        """Return the outlines of the whole recording, one for each performer."""
         with self._lock:
             return [part.chart for part in self._parts]
 
@@ -262,7 +262,7 @@ class RecordedShow:
 
 
 def _segmented(whole: LoadedRecording, settings: Settings) -> _Segmented:
-    """Return what is found in a recording; of its curve only what is drawn."""
+    """Return the result of a recording, with only the drawn part of its curve."""
     result = segment_recording(
         whole.positions,
         whole.fps,

@@ -23,7 +23,7 @@ class Recorder:
         self._lock = threading.Lock()
 
     def announce(self, meta: Meta) -> None:
-        """Take note of a performer."""
+        """Note a performer."""
         with self._lock:
             self._metas[meta.performer] = meta
             self._append(meta)

@@ -9,7 +9,7 @@ RADIUS = 52.0  # of a ring in a box of 120
 
 
 def rings(glimpses: list[Glimpse]) -> str:
-    """Return a ring for each performer who is followed, with the count within it and the limb that strays beside it."""
+    """Return a ring for each followed performer, with the count within it and the limb that strays beside it."""
     own = [(glimpse.performer, glimpse.followed_moves[0]) for glimpse in glimpses if glimpse.followed_moves]
     if not own:
         return ""

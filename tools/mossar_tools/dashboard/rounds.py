@@ -10,7 +10,7 @@ from mossar_tools.console import LOGGER
 class Rounds:
     """Calls a function until it is closed, in a thread of its own.
 
-    What goes wrong is logged once, and the next round may do better. A round is followed by a rest at least as long, so
+    An error is logged once, and the next round may succeed. A round is followed by a rest at least as long, so
     that drawing never takes more than half of a core.
 
     Args:

@@ -11,8 +11,8 @@ def save_settings(folder: Path, settings: Settings, level: LevelName | float, st
     """Write settings into a new file and return its path.
 
     Args:
-        folder: Where to.
-        settings: As they are now; `level` as it was at the start.
+        folder: Target folder.
+        settings: The present ones, with the level of the start.
         level: As it is now.
         strength: The strength of `level`.
 

@@ -30,7 +30,7 @@ Colours = NDArray[np.uint8]
 
 
 class Scene:
-    """Draws performers into a viser scene; what has not changed is not sent again.
+    """Draws performers into a viser scene, and sends changes only.
 
     Args:
         server: The page's server.
@@ -100,13 +100,13 @@ class Scene:
             self._aim_all()
 
     def know_window(self, size: Size) -> None:
-        """Take note of the size of a window, px."""
+        """Note the size of a window, px."""
         if self._windows[-1:] != [size]:
             self._windows = [*(known for known in self._windows if known != size), size][-_WINDOWS:]
             self._aim_all()
 
     def _framed(self, window: Size) -> Any:
-        """Return where the camera stands in a window, and what it looks at."""
+        """Return the place of the camera in a window, and the point that it looks at."""
         count, ghosts = self._room
         width = count * (ghosts * STEP + _MARGIN)
         needed = _MARGIN + 2 * STEP if count == 1 else width
@@ -152,7 +152,7 @@ class _Figure:
         self._spot = np.array([right - _MARGIN / 2, -FRONT, 0.0], np.float32)
         self._first = right - _MARGIN - (ghosts - 0.5) * STEP  # of the oldest ghost
         self._room = ghosts
-        self._shown: object = None  # ghosts as they are drawn
+        self._shown: object = None  # the drawn ghosts
         self._ghosts: list[Ghost] = []
         self._nodes: list[Any] = []
         self._over: list[Any] = []  # the example over the body: its bones and its balls
@@ -287,7 +287,7 @@ class _Figure:
         solids: Solids,
         fading: Sequence[float] | NDArray[np.float64] = (1.0,),
     ) -> Any:
-        """Add copies of a mesh, as many for each opacity of `fading`; what is seen through casts no shadow."""
+        """Add copies of a mesh, as many for each opacity of `fading`; transparent ones cast no shadow."""
         node = self._scene.add_batched_meshes_simple(
             f"{self._name}/{name}",
             mesh[0],
@@ -306,7 +306,7 @@ class _Figure:
 
 
 def straying(angles: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return how much of the colour each bone gets for the angle, degrees, by which it strays, 0 to 1."""
+    """Return the share of the colour of each bone, 0 to 1, for the angle by which it strays, degrees."""
     shares = (np.nan_to_num(angles) - NEAR) / (FAR - NEAR)
     return np.asarray(np.clip(shares, 0.0, 1.0), np.float32)
 

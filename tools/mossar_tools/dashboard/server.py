@@ -1,6 +1,6 @@
 """Server: viser's, closed to pages of other sites and to devices that were not invited.
 
-A browser lets any site open a WebSocket to 127.0.0.1; only the `Origin` that it sends tells such a site from our own
+A browser lets any site open a WebSocket to 127.0.0.1; only the `Origin` that it sends distinguishes such a site from our own
 page. viser 1.1 has no hook to look at it, and a server before it would leave viser's own port open. So the function that
 it serves with is replaced while it starts, for viser's call alone.
 """
@@ -32,9 +32,9 @@ def open_server(host: str, port: int, answers: Answers, visitors: Visitors) -> v
 
     Args:
         host: Address of this computer where it listens.
-        port: Where; the next free one if it is in use, 0 for any.
-        answers: What the page's own parts may ask for, by path; called with what stands behind the question mark.
-        visitors: Who may ask.
+        port: Port; the next free one if it is in use, 0 for any.
+        answers: Requests of the page's own parts, by path; called with the text behind the question mark.
+        visitors: The admitted visitors.
 
     Raises:
         UsageError: If the host is no address of this computer, for which viser would wait without a word.
@@ -74,14 +74,14 @@ def _guarded(answers: Answers, visitors: Visitors) -> Iterator[None]:
 
 
 def _quiet() -> logging.Logger:
-    """Return a logger that keeps to itself what visitors do wrong; they are told, and hung up on."""
+    """Return a logger that drops the errors of visitors, who get an answer and are disconnected."""
     logger = logging.getLogger("mossar.visitors")
     logger.setLevel(logging.CRITICAL)
     return logger
 
 
 def _note_visitor(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-    """Log what a visitor sends that is no value of a control: one line for those who debug, instead of a traceback."""
+    """Log an invalid value that a visitor sends for a control: one line at level debug, instead of a traceback."""
     LOGGER.debug("the dashboard: %s: %s", context.get("message"), context.get("exception"))
 
 
@@ -103,7 +103,7 @@ def _guard(then: Any, answers: Answers, visitors: Visitors) -> _Asked:
 
 
 def _answer(connection: Any, answer: Callable[[str], None], value: str) -> Any:
-    """Do what a part of the page asks for."""
+    """Carry out a request of a part of the page."""
     try:
         answer(value)
     except ValueError:

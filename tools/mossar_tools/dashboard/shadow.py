@@ -1,4 +1,4 @@
-"""Shadow: the pose of an example, laid over the performer who makes the same move."""
+"""Shadow: the pose of an example, laid over the performer during the same move."""
 
 from functools import lru_cache
 
@@ -122,12 +122,12 @@ def _followed(example: Example, joints: int, root: int) -> tuple[Floats, float]:
 
 
 def seconds_of(example: Example, skeleton: Skeleton) -> float:
-    """Return how long the part of an example takes that is followed, s."""
+    """Return the duration of the followed part of an example, s."""
     return _followed(example, len(skeleton), skeleton.root)[1]
 
 
 def _matched(shown: Skeleton, streamed: Skeleton) -> NDArray[np.intp]:
-    """Return the same joint of another skeleton for each joint, -1 where there is none: by name, or by what it is."""
+    """Return the same joint of another skeleton for each joint, -1 where there is none: by name, or by its meaning."""
     if shown == streamed:
         return np.arange(len(shown))
     names = {name: joint for joint, name in enumerate(streamed.names)}

@@ -1,4 +1,4 @@
-"""Stretches: the segments between kept key frames, coloured by what most of their frames do."""
+"""Stretches: the segments between kept key frames, coloured by the state of most of their frames."""
 
 import itertools
 

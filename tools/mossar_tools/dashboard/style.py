@@ -6,7 +6,7 @@ from mossar_tools.palette import DARK, LIGHT, Palette
 
 PANEL = 330  # px, width of the controls
 STRIP = 224  # px, height of the chart
-SCROLL_BAR = 11  # px, width of the controls' scroll bar, which lies over what is scrolled
+SCROLL_BAR = 11  # px, width of the controls' scroll bar, which lies over their content
 OVERVIEW = 58  # px, height of the whole take below it
 PHONE = 576  # px, narrower windows have the controls in a sheet at the bottom (viser's breakpoint)
 SHEET = 0.38  # of the height of a phone, for the controls

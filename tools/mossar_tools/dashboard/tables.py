@@ -14,7 +14,7 @@ WAITING = "waiting for frames …"
 def state_card(
     glimpses: list[Glimpse], *, frozen: bool, recording: str, frames: int, waits_for: str = WAITING
 ) -> str:
-    """Return who does what now.
+    """Return the present state of each performer.
 
     Args:
         glimpses: One performer each.
@@ -33,7 +33,7 @@ def state_card(
             f'<span><span class="m-pill {word}">{word}</span> &nbsp;<b>{escape(glimpse.performer)}</b></span>'
             f'<span class="big">{glimpse.now:.1f}<span class="dim" style="font-size:13px"> s</span></span></div>'
         )
-        if glimpse.followed_moves:  # one count: what is followed is counted from the first performance on
+        if glimpse.followed_moves:  # one count: a followed move is counted from the first performance on
             rows.append(followed_rows(glimpse.followed_moves))
         elif glimpse.repeated is not None:
             rows.append(_repeated(glimpse.repeated))

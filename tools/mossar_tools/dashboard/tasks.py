@@ -13,10 +13,10 @@ from mossar_tools.console import LOGGER
 
 
 class Tasks:
-    """Carries out tasks in the order in which they were asked for. Any thread may call any method.
+    """Carries out tasks in the order of the requests. Any thread may call any method.
 
     Args:
-        failed: Told in a line what went wrong.
+        failed: Called with a line about an error.
     """
 
     def __init__(self, failed: Callable[[str], None]) -> None:
@@ -26,21 +26,21 @@ class Tasks:
         self._lock = threading.Lock()
 
     def ask(self, task: Callable[[], None]) -> "Future[None]":
-        """Have something done after all that was asked for before."""
+        """Add a task behind all earlier ones."""
         return self._thread.submit(self._carry_out, task)
 
     def ask_latest(self, key: object, task: Callable[[], None]) -> "Future[None]":
-        """Have something done in place of what was asked for under the same key and has not begun."""
+        """Add a task in place of one with the same key that has not begun."""
         with self._lock:
             self._latest[key] = task
         return self._thread.submit(self._carry_out_latest, key)
 
     def waits(self, key: object) -> bool:
-        """Tell whether something asked for under this key has not begun."""
+        """Return whether a task with this key has not begun."""
         return key in self._latest
 
     def close(self) -> None:
-        """Forget what has not begun."""
+        """Forget tasks that have not begun."""
         self._thread.shutdown(wait=False, cancel_futures=True)
 
     def _carry_out_latest(self, key: object) -> None:

@@ -32,7 +32,7 @@ class TeachingState(msgspec.Struct, frozen=True):
     """Progress of teaching.
 
     Args:
-        phase: What is going on; `again`: the movement was unlike the others of its name, and is waited for again.
+        phase: The present phase; `again`: the movement was unlike the others of its name, and has to be repeated.
         name: Of the move that is or was shown.
         seconds: Of the countdown that are left, rounded up.
         message: The outcome, in words.
@@ -56,8 +56,8 @@ class TeachingState(msgspec.Struct, frozen=True):
 class Teaching:
     """Takes one movement of one performer for each `begin`. Any thread may call any method.
 
-    This is what every page teaches with. An example is on the disk before `state` reports it, so that no reported example
-    is lost, however the program ends. A movement that is unlike the others of its name is not kept but waited for again.
+    Every page teaches with it. An example is on the disk before `state` reports it, so that no reported example is lost,
+    however the program ends. A movement that is unlike the others of its name is not kept but has to be repeated.
 
     Args:
         folder: Where a new file `moves-1.json` is made if none is named.
@@ -104,7 +104,7 @@ class Teaching:
 
         Args:
             name: Of the move.
-            meta: Who shows it.
+            meta: The performer.
             seconds: Length of the example, from the end of the countdown; None for a movement from rest to rest.
 
         Raises:
@@ -167,7 +167,7 @@ class Teaching:
 
         Args:
             place: In the moves, from 0.
-            mark: What `mark_of` says of it, so that no other one is taken for it.
+            mark: Its `mark_of`, so that no other one is removed.
 
         Raises:
             MossarError: If there is no such example any more, or the file cannot be written.
@@ -264,5 +264,5 @@ class Teaching:
 
 
 def mark_of(example: Example) -> str:
-    """Return what tells an example from others."""
+    """Return a mark that identifies an example."""
     return f"{crc32(np.array(example.positions, np.int32).tobytes()):08x}"

@@ -13,9 +13,9 @@ class TeachingPanel:
     """The widgets.
 
     Args:
-        gui: Where they go.
-        show: What is taught.
-        on: Has something done when a person touches a widget.
+        gui: The page's widgets.
+        show: The show that is taught.
+        on: Registers a task for the touch of a widget.
     """
 
     def __init__(self, gui: GuiApi, show: LiveShow, on: Callable[[Any, Callable[[Any], None]], None]) -> None:
@@ -35,7 +35,7 @@ class TeachingPanel:
         self._examples, self._count = gui.add_html(""), gui.add_html("")
 
     def sync(self) -> None:
-        """Show how far teaching is, and the examples."""
+        """Show the progress of teaching, and the examples."""
         teaching = self._show.teaching
         state = teaching.state
         card = examples_card(teaching.moves, state.message)
@@ -56,7 +56,7 @@ class TeachingPanel:
             self._show.teach(self._name.value.strip())
 
     def forget(self, asked: str) -> Callable[[], None]:
-        """Return what forgets an example.
+        """Return a function that forgets an example.
 
         Args:
             asked: Place and mark of the example, as in `3-1f00ba12`.

@@ -1,4 +1,4 @@
-"""What teaching looks like: the countdown in large letters, and the examples as small figures."""
+"""View of teaching: the countdown in large letters, and the examples as small figures."""
 
 from functools import lru_cache
 from html import escape
@@ -17,7 +17,7 @@ _FAINT = 3  # poses drawn faintly before the one that reaches farthest
 
 
 def countdown(state: TeachingState) -> str:
-    """Return what a person reads from afar while they show a move."""
+    """Return the large text for a person who shows a move."""
     large = {
         "count": str(state.seconds),
         "watch": "now",
@@ -39,7 +39,7 @@ def countdown(state: TeachingState) -> str:
 
 
 def examples_card(moves: Moves | None, message: str) -> str:
-    """Return the examples as figures with a button each that forgets it, and what happened last."""
+    """Return the examples as figures, each with a button that forgets it, and the last message."""
     rows = [f'<div class="dim" id="mossar-taught">{escape(message)}</div>']
     if moves is None or not len(moves):
         rows.append(
@@ -69,7 +69,7 @@ def _figure(place: int, example: Example, skeleton: Skeleton) -> str:
 
 
 def seconds_of_example(example: Example, skeleton: Skeleton) -> float:
-    """Return how long an example takes, s."""
+    """Return the duration of an example, s."""
     return (len(example.positions) // (3 * len(skeleton)) - 1) / example.fps
 
 

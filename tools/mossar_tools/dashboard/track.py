@@ -66,7 +66,7 @@ class Track:
         self._clear()
 
     def begin_with(self, take: int) -> None:
-        """Take note that strengths are of other features from a take on; earlier key frames stay as they are."""
+        """Note the take from which strengths are of other features; earlier key frames stay as they are."""
         self._take = take
 
     def _clear(self) -> None:
@@ -80,7 +80,7 @@ class Track:
         self._followed_moves = FollowedMoves(self.skeleton)
 
     def set_following(self, states: States, moves: Moves | None, up: Up) -> None:
-        """Take note of where the performer is in the moves that are followed; see `FollowedMoves.take`."""
+        """Note the performer's progress in the followed moves; see `FollowedMoves.take`."""
         self._followed_moves.take(states, moves, up)
 
     def add_frames(self, frames: Frames) -> None:
@@ -201,7 +201,7 @@ class Track:
 
 
 def _mark(key: _Key, level: float | None) -> Mark:
-    """Return a key frame as it is shown; without a level it stands if the segmenter said so."""
+    """Return the mark of a key frame; without a level the segmenter decides whether it stands."""
     event = key.event
     kept = event.status in _KEPT
     if event.strength is not None and level is not None:

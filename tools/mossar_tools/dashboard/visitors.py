@@ -1,7 +1,7 @@
 """Visitors: the devices that may see the page. This computer may; another device needs a URL that serves once.
 
-The URL holds a key. Its first visitor gets a cookie in exchange, and the key is worthless from then on: who reads it over
-a shoulder, in a history or in a log comes too late. A browser sends the cookie with everything that it asks for.
+The URL holds a key. Its first visitor gets a cookie in exchange, and the key is worthless from then on: to read it over a
+shoulder, in a history or in a log is too late. A browser sends the cookie with every request.
 """
 
 import re
@@ -14,7 +14,7 @@ from ipaddress import ip_address
 from typing import Any
 
 HERE = "127.0.0.1"
-_ANYWHERE = {"", "0.0.0.0", "::"}  # noqa: S104 - what users write
+_ANYWHERE = {"", "0.0.0.0", "::"}  # noqa: S104 - of users
 _OURS = re.compile(r"https?://(127\.0\.0\.1|localhost|\[::1\])(:\d+)?")  # any port: it may be forwarded
 _COOKIE = "mossar"
 _KEY = "key="
@@ -51,7 +51,7 @@ class Visitors:
         return f"http://{f'[{host}]' if ':' in host else host}:{port}/?{_KEY}{self._key}"
 
     def refusal(self, connection: Any, request: Any) -> Any | None:
-        """Return an answer that turns a visitor away or lets it in by its key; None for those who are in."""
+        """Return an answer that refuses a visitor or admits it by its key; None for admitted ones."""
         origin, host = request.headers.get("Origin"), request.headers.get("Host", "")
         if is_loopback(connection.remote_address[0]):
             strange = origin is not None and not _OURS.fullmatch(origin)
@@ -66,7 +66,7 @@ class Visitors:
         return connection.respond(HTTPStatus.FORBIDDEN, _NEEDS_KEY)
 
     def asks_from_the_page(self, connection: Any, request: Any) -> bool:
-        """Return whether a visitor who is in asks from the page itself, by the host that its browser names."""
+        """Return whether an admitted visitor's request comes from the page itself, by the host that its browser names."""
         if not is_loopback(connection.remote_address[0]):
             return True  # other sites have no cookie of ours
         return _OURS.fullmatch(f"http://{request.headers.get('Host', '')}") is not None

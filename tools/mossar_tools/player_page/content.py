@@ -24,7 +24,7 @@ Content = Callable[[], bytes]
 
 
 def own_files() -> Mapping[str, Content]:
-    """Return what reads each of the page's own files, by its path."""
+    """Return the reader of each of the page's own files, by its path."""
     found: dict[str, Content] = {f"/{name}": files(__package__).joinpath(name).read_bytes for name in _OWN}
     found["/"] = files(__package__).joinpath("page.html").read_bytes
     found["/colours.css"] = colours

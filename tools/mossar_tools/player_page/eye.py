@@ -54,7 +54,7 @@ class Eye:
 
 
 def _task_of(model: str) -> Content:
-    """Return what makes the bundle of a model, once, and reads it."""
+    """Return a function that makes the bundle of a model, once, and reads it."""
 
     def read() -> bytes:
         found = weights(model)

@@ -67,7 +67,7 @@ def stream_with_page(options: "Options", console: Console, *, page_only: bool) -
 
 
 def pictures_of(sources: Sequence[Source], options: "Options") -> list[Preview]:
-    """Have the cameras among sources keep their latest pictures, unless `?picture=no`, and return what returns them."""
+    """Have the cameras among sources keep their latest pictures, unless `?picture=no`, and return functions that return them."""
     for source, url in zip(sources, options.sources, strict=True):
         keeper = offered(source, KeepsPictures)
         if keeper is not None and parse_url(url).options.get("picture") != "no":
@@ -106,7 +106,7 @@ def open_player_page(
 def _dashboard_of(
     server: PlayerServer, show: LiveShow, options: PageOptions, opened: contextlib.ExitStack
 ) -> Callable[[], int]:
-    """Return what opens the dashboard when it is first asked for, and returns its port."""
+    """Return a function that opens the dashboard at the first request, and returns its port."""
     pages: list[Page] = []
 
     def port() -> int:
@@ -124,7 +124,7 @@ def _dashboard_of(
 
 
 def _eye_of(options: "Options") -> Eye | None:
-    """Return the browser's camera, if that is the sensor: asked for, or this computer gives no other to programs."""
+    """Return the browser's camera, if it is the sensor: by the URL, or because this computer has no other for programs."""
     addresses = [parse_url(url) for url in options.sources]
     asked = [address for address in addresses if address.scheme == CAMERA and address.path == BROWSER]
     if not asked:

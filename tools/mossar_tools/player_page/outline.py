@@ -24,7 +24,7 @@ _LIMB: Final = (
 )
 _TRUNK: Final = (("hips", "chest"), ("chest", "head"))
 _CORNERS: Final = ("left_shoulder", "right_shoulder", "right_hip", "left_hip")
-# What the end of a bone is called for people; bones that end elsewhere shake more than they say.
+# Names of the ends of bones for people; bones that end elsewhere have more noise than information.
 _BACK: Final = "back"
 _PARTS: Final = {"elbow": "elbow", "wrist": "hand", "knee": "knee", "ankle": "foot", "chest": _BACK}
 
@@ -35,7 +35,7 @@ class Outline(msgspec.Struct, frozen=True):
     Args:
         places: Two joints for each of the n points; a point lies in the middle of its two.
         bones: Pairs of points.
-        parts: What the end of each bone is called; empty where it has no name.
+        parts: Name of the end of each bone; may be empty.
         trunk: Points around the trunk; none for skeletons that are not known.
         head: Point of the head, -1 if there is none.
         joints: Names of the points, by which outlines of two skeletons are compared.
@@ -77,7 +77,7 @@ class Outline(msgspec.Struct, frozen=True):
         return np.asarray(np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))), np.float32)
 
     def drawn(self) -> dict[str, object]:
-        """Return what the page needs to draw it; `back` is the bone within the trunk."""
+        """Return the data with which the page draws it; `back` is the bone within the trunk."""
         back = self.parts.index(_BACK) if _BACK in self.parts else -1
         return {"bones": self.bones, "trunk": self.trunk, "head": self.head, "back": back}
 
@@ -113,7 +113,7 @@ def _differ(places: dict[str, tuple[int, int]], pair: tuple[str, str]) -> bool:
 
 
 def _part(joint: str) -> str:
-    """Return what people call the end of a bone, as "left knee"."""
+    """Return the readable name of the end of a bone, as "left knee"."""
     side, _, part = joint.rpartition("_")
     word = _PARTS.get(part, "")
     return f"{side} {word}".strip() if word else ""

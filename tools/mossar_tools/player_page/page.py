@@ -1,4 +1,4 @@
-"""Page for players and clients: collects what there is to see, and does what its windows ask for."""
+"""Page for players and clients: collects the state to show, and carries out requests of its windows."""
 
 import json
 import math
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from mossar_adapters.pose.source import Seen
 
 RATE: Final = 25.0  # Hz
-_STALE: Final = 1.5  # s without frames after which the page says so
+_STALE: Final = 1.5  # s without frames after which the page shows it
 _SLOW: Final = 12.0  # pictures a second; fewer lose fast movements
-_SLOW_FOR: Final = 3.0  # s, before the page says so
+_SLOW_FOR: Final = 3.0  # s, before the page shows it
 _STANDS: Final = 10.0  # s for which a warning stays as it is
 Preview = Callable[[], "Seen | None"]
 
@@ -64,7 +64,7 @@ class PlayerPage:
     ) -> None:
         self._server, self._show = server, show
         self._preview, self._model = preview, model
-        self._note = ""  # what went wrong with what was asked for
+        self._note = ""  # error of the last request
         self._tasks = Tasks(self._fail)
         self._performers: Newest[str, _Performer] = Newest(MOST_PERFORMERS)
         self._seen: Seen | None = None  # whose picture is at hand
@@ -92,7 +92,7 @@ class PlayerPage:
         self._tasks.close()
 
     def _hear(self, asked: Asked) -> None:
-        """Do what a window asks for, after all that was asked for before."""
+        """Carry out a request of a window, after all earlier ones."""
         teaching = self._show.teaching
         wanted: dict[str, Callable[[], None]] = {
             "teach": lambda: self._show.teach(asked.name.strip()),
@@ -151,7 +151,7 @@ class PlayerPage:
         return state
 
     def _trouble(self, glimpses: Sequence[Glimpse], now: float) -> str:
-        """Return what keeps the page from being of use, and what to do; empty if nothing does."""
+        """Return the reason why the page has nothing to show, and the remedy; empty if there is none."""
         if not glimpses:
             return self._show.waits_for
         shown = [known for glimpse in glimpses if (known := self._performers.get(glimpse.performer))]
@@ -169,7 +169,7 @@ class PlayerPage:
         return self._warning
 
     def _absence(self, now: float) -> str:
-        """Return why nobody is seen any more, as far as the page knows."""
+        """Return the reason, if known, why no person is seen any more."""
         if not self._model:
             return "no frames come"
         if self._seen is not None and now - self._seen_at > _STALE:

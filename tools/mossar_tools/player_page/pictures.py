@@ -1,4 +1,4 @@
-"""Pictures: those of a camera of this computer, each with the people who were found in it, for a window of this computer."""
+"""Pictures: those of a camera of this computer, each with the people in it, for a window of this computer."""
 
 import struct
 from typing import TYPE_CHECKING, Any, Final

@@ -1,7 +1,7 @@
 """Server of the page: a few files, and a line to each window, for this computer and invited devices.
 
 One thread serves all windows. Connections, windows and messages are bounded as those of every WebSocket here. Each window gets
-the newest state only, when it asks for it: a slow one sees fewer pictures, and nothing piles up. Orders of a window beyond what
+the newest state only, when it asks for it: a slow one sees fewer pictures, and nothing piles up. More orders of a window than
 a person clicks are ignored.
 """
 
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 PORT: Final = 8080
 LINE: Final = "/live"
 DASHBOARD: Final = "/dashboard"
-_MAX_IN: Final = 1024  # bytes of what a window asks for
+_MAX_IN: Final = 1024  # bytes of a window's request
 _PATIENCE: Final = 10.0  # s that a file may take to arrive
 _TRIED: Final = 20  # ports, from the one that is wanted
-_AT_ONCE: Final = 16  # orders that a window may give besides `next`: more than anybody clicks
+_AT_ONCE: Final = 16  # orders that a window may give besides `next`: more than a person clicks
 _A_SECOND: Final = 8.0  # further orders
 _WAITS: Final = b"This page is starting; load it again in a moment.\n"
 Say = dict[str, Any]
@@ -73,12 +73,12 @@ class Window:
         self._left, self._ordered = float(_AT_ONCE), -math.inf  # orders; s, when the latest was given
 
     def offer(self, message: bytes | str) -> None:
-        """Replace what waits for the window."""
+        """Replace the message that waits for the window."""
         self._newest = message
         self._wake.set()
 
     def ask(self) -> None:
-        """Take note that the window has shown what it got."""
+        """Note that the window has shown its last message."""
         self._wants = True
         self._wake.set()
 
@@ -107,7 +107,7 @@ class Window:
 
 
 class PlayerServer:
-    """Serves the page until it is closed; `attach` says what it shows.
+    """Serves the page until it is closed; `attach` sets its content.
 
     Args:
         port: Where; the next free one if it is in use, 0 for any.
@@ -145,7 +145,7 @@ class PlayerServer:
 
     @property
     def windows(self) -> int:
-        """How many windows show the page."""
+        """Number of windows that show the page."""
         return len(self._windows)
 
     def attach(
@@ -154,7 +154,7 @@ class PlayerServer:
         """Show something.
 
         Args:
-            hear: Does what a window asks for; called by the server's thread, so it returns at once.
+            hear: Carries out a request of a window; called by the server's thread, so it must return at once.
             examples: Returns the taught examples as JSON.
             open_dashboard: Opens the dashboard, if that was not done, and returns its port; None if there is none.
         """

@@ -80,7 +80,7 @@ class Judge:
         return Verdict(f"{part} {angle:.0f}° off", "off") if part and angle >= OFF else _GOOD
 
     def _worst(self, outline: Outline) -> tuple[str, float] | None:
-        """Return the part that strayed most, and by how much, degrees; None if too little was compared."""
+        """Return the part that strayed most, and its angle, degrees; None if too little was compared."""
         if len(self._poses) != len(outline.bones):
             return None
         named = np.array([bool(part) for part in outline.parts], np.bool_) & (self._poses >= _ENOUGH)

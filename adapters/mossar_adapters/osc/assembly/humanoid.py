@@ -1,6 +1,6 @@
-"""The humanoid bones of VMC: hierarchy, a rest skeleton, and what other programs call them.
+"""The humanoid bones of VMC: hierarchy, a rest skeleton, and their names in other programs.
 
-A bone stands at its joint and turns what hangs on it. Positions are right-handed: +y up, +z forward, left is +x.
+A bone stands at its joint and turns all joints below it. Positions are right-handed: +y up, +z forward, left is +x.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -46,7 +46,7 @@ _UPPER = frozenset(["upperchest", "chestupper", "spineshoulder", "thorax"])
 _LOWER = "lowerback"  # no bone of its own where others are above it
 _TRUNK = ("Spine", "Chest", "UpperChest")
 _NUMBERED = (("spine", "spine1", "spine2"), ("chest", "chest2", "chest3"))  # each is the next bone
-# What the table of names calls the joints where bones stand.
+# Joints of bones in the table of names.
 _JOINTS = {
     "Shoulder": "collar",
     "UpperArm": "shoulder",
@@ -90,19 +90,19 @@ def present_parents(bones: Sequence[str]) -> tuple[int, ...]:
 
 
 def rest_skeleton() -> dict[str, NDArray[np.float64]]:
-    """Return where each bone of the built-in skeleton is at rest, (3,) metres."""
+    """Return the rest position of each bone of the built-in skeleton, (3,) metres."""
     offsets = np.array([_rest_offset(bone) for bone in HUMANOID.names])
     return dict(zip(HUMANOID.names, rest_positions(offsets, HUMANOID.parents)[0], strict=True))
 
 
 def rest_of(motion: JointMotion) -> dict[str, NDArray[np.float64]]:
-    """Return where the bones of a recording's skeleton are at rest; only those that it has."""
+    """Return the rest positions of the bones that a recording's skeleton has."""
     places = rest_positions(motion.offsets, motion.parents)[0]
     return {bone: places[joint] for bone, joint in mapped_bones(motion.names, rotations=True).items()}
 
 
 def mapped_bones(names: Sequence[str], *, rotations: bool) -> Mapping[str, int]:
-    """Return which joint is which bone, by the names of joints.
+    """Return the joint of each bone, by the names of joints.
 
     Args:
         names: Of the joints, in any spelling.
@@ -173,7 +173,7 @@ def _is_acclaim(names: Sequence[str]) -> bool:
 
 
 def placed_bones(skeleton: Skeleton) -> Mapping[str, tuple[int, int]]:
-    """Return which joints of positions are which bone; hips and chest may lie between two joints.
+    """Return the joints of each bone in positions; hips and chest may lie between two joints.
 
     Returns:
         Two joints for each bone found, mostly twice the same: it stands in their middle. Parents first; empty if fewer than

@@ -1,4 +1,4 @@
-"""Which joints a performer has, learnt from the frames.
+"""The joints of a performer, learnt from the frames.
 
 The first frame may have been caught in the middle, and the first ones may lack joints that were lost on the way. They are
 held back until one, not the first, has all joints so far, or a quarter of a second has passed, so that most performers are
@@ -55,7 +55,7 @@ class KnownJoints:
         return bool(self._held)
 
     def note(self, name: str) -> None:
-        """Take note of a joint.
+        """Note a joint.
 
         Raises:
             FrameError: If there are too many.

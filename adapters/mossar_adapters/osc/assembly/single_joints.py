@@ -102,7 +102,7 @@ class SingleJoints:
         ]
 
     def leave(self, message: Message, person: str, reason: str) -> list[Pose | Departure]:
-        """Return what a performer has, and that it left."""
+        """Return the last pose of a performer, and its departure."""
         name = self._senders.name(message.sender, person)
         found = self._performers.pop(name).finish() if self._performers.get(name) is not None else ()
         return [*found, Departure(name, reason)]

@@ -1,10 +1,10 @@
-"""Where VMC frames end.
+"""The ends of VMC frames.
 
 A bundle is no frame, and nothing in the protocol closes one. Seen in the wild: bones, Root, OK, T; T first;
 neither OK nor T. The rules:
 
 ===========  ==================================================================================================
-message      what it does
+message      effect
 ===========  ==================================================================================================
 bone         opens a frame; if that bone is there already, closes the frame and opens the next
 Root         belongs to the open frame; if that has one already, closes it; before bones, to the next frame
@@ -20,7 +20,7 @@ import struct
 from mossar_adapters.osc.assembly.known_joints import ClosedFrame, Row
 
 _GAP_LOW, _GAP_HIGH, _INTERVAL = 0.004, 0.1, 0.04  # s
-_GAP_MARKED = 0.25  # s; less than what counts as a stall, so that a sender's last frame comes before it
+_GAP_MARKED = 0.25  # s; less than a stall, so that a sender's last frame comes before it
 _RATES = (30, 60, 120, 24, 25, 50, 72, 90, 100, 144, 240)  # Hz
 _float32 = struct.Struct("f")
 
@@ -78,7 +78,7 @@ class VmcFrames:
         return closed
 
     def ok(self, arrival: float) -> list[ClosedFrame]:
-        """Take note that the sender has sent a frame."""
+        """Note that the sender has sent a frame."""
         self.last = arrival
         if self._open is None:
             return []
@@ -104,7 +104,7 @@ class VmcFrames:
         return closed
 
     def idle(self, now: float) -> list[ClosedFrame]:
-        """Close what nothing more comes for."""
+        """Close frames that nothing more comes for."""
         quiet = now - self.last
         closed: list[ClosedFrame] = []
         pause = min(max(self._interval / 2, _GAP_LOW), _GAP_HIGH)
@@ -138,8 +138,8 @@ class VmcFrames:
 def exact_time(seconds: float, fps: float | None) -> float:
     """Return the frame's time of a clock that was rounded to float32 on the way.
 
-    A number that float32 cannot tell from a multiple of a usual frame time is that multiple. This keeps
-    frames equally spaced, as they were sent.
+    A number that float32 cannot distinguish from a multiple of a usual frame time is that multiple. This keeps
+    the equal spacing of the sent frames.
 
     Args:
         seconds: As received.

@@ -49,7 +49,7 @@ class VmcPose:
         self.skeleton = Skeleton(tuple(bones), self._parents, root)
 
     def positions(self, table: NDArray[np.float64], root: Row | None) -> NDArray[np.float64]:
-        """Return where the joints are.
+        """Return the positions of the joints.
 
         Args:
             table: (J, 7) local position and quaternion as sent, NaN where a bone did not come.

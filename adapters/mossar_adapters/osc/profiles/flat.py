@@ -1,7 +1,7 @@
 """Profile `flat`: one message is one frame, an array of x y z or x y z confidence per joint.
 
 MediaPipe-to-OSC scripts and the like. The array may begin with the number of joints or of people; a single 0
-says that nobody is there. Which joints they are follows from their number, or from `?joints=coco17`.
+means no person. Their number, or `?joints=coco17`, determines the set of joints.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ _MIN_NUMBERS = 51  # arrays shorter than 17 joints are something else to `auto`
 
 
 class Layout:
-    """How arrays are cut into people and joints.
+    """Division of arrays into people and joints.
 
     Args:
         stride: 3 or 4 numbers per joint, or None to find out.

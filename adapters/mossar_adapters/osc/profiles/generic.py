@@ -1,7 +1,6 @@
 """Profile `generic`: addresses and arguments as the user describes them.
 
-`?pattern=/pose/{performer}/{joint}` says what stands where in the address, `&args=xyzc` what the arguments
-are: `x` `y` `z`, `c` confidence, `j` name of the joint, `p` performer, `_` something else.
+`?pattern=/pose/{performer}/{joint}` describes the address, `&args=xyzc` the arguments: `x` `y` `z`, `c` confidence, `j` name of the joint, `p` performer, `_` something else.
 """
 
 import re

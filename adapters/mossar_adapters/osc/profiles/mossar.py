@@ -1,7 +1,7 @@
 """Profile `mossar`: our own messages, which keep names, order and time.
 
 `/mossar/meta ,ss…` performer, joint names, and as an integer the index of the body centre (-1: the centroid)
-where the names do not tell it; `/mossar/frame ,sidb` performer, seq, t, a blob of big-endian float32 x y z per
+where the names do not imply it; `/mossar/frame ,sidb` performer, seq, t, a blob of big-endian float32 x y z per
 joint.
 """
 

@@ -146,7 +146,7 @@ class _Avatar:
         return len(frame.rows) < len(self.known.names)
 
     def _completed(self, frame: ClosedFrame) -> dict[str, Row]:
-        """Return the bones of a frame, with those that it lacks as they came last."""
+        """Return the bones of a frame, with the last values of those that it lacks."""
         rows = frame.rows
         self._lacking += (self._lacks(frame) - self._lacking) / _LONG_RUN
         if self._lacking > _OFTEN and self._lacks(frame):
