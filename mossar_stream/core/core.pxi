@@ -57,6 +57,7 @@ include "../repetitions/alike.pxi"
 include "../repetitions/anchoring.pxi"
 include "../repetitions/timing.pxi"
 include "../repetitions/counting.pxi"
+include "ways.pxi"
 include "repetition_labels.pxi"
 # Segments and key frames: Algorithm 3 over a window.
 include "open_segment.pxi"

@@ -97,6 +97,8 @@ cdef int64_t advance(
         _take_in(state, &a, frame, time)
         if plan.repetitions == 1:
             take_frame(a.counting, &a.samples, <float*>frame.at, time)
+            if plan.own_time == 1 and is_way_longer(&state.ways, a.counting):
+                follow_ways(&state.ways, a.counting, &a.samples)
         if state.curve.found.happened != 0 or state.activity.changed != 0 or time >= state.window.due_time:
             used[0] = i + 1
             return HAPPENED
@@ -196,6 +198,7 @@ cdef void _open_take(Row* state, Arrays* a, double time) noexcept nogil:
     start_candidate(&state.candidate, clock.next_frame, time)
     start_labels(&state.labels)
     start_dwells(&state.dwells)
+    start_ways(&state.ways)
     activity_start_activity(&state.activity, time)
     if plan.repetitions == 1:
         begin(a.counting, &a.samples, time)

@@ -8,6 +8,9 @@ to where one repetition ends and the next begins. The first two weigh what they 
 bouts are labelled, whose longest period is at most twice the shortest: beats of gestures are alike in shape, but uneven
 in time, and people do not cut at them. What it is compared with is fixed, so that the label is the same whatever the
 window of Algorithm 3 holds.
+
+Before anything is counted the latest way out and back (ways.pxi) has labels: candidates within it lie inside a repetition, and
+the best one after it ends it.
 """
 
 cdef enum:
@@ -50,6 +53,7 @@ cdef struct RepetitionLabels:  # What is needed to label candidates, as the func
     NoteSpan notes  # (NOTED_CANDIDATES or NOTED_LATE,) NOTE, ring
     Periods* periods  # (1,) PERIODS of the performer's repetitions
     double longest  # s, period with labels
+    Ways* ways  # the performer's; NULL where they are not believed
 
 
 cdef void start_labels(Labels* state) noexcept nogil:
@@ -105,6 +109,8 @@ cdef int64_t label_candidate(RepetitionLabels* labels) noexcept nogil:
     state.labelled += 1
     if state.candidates - number > labels.notes.count:
         return UNLABELLED
+    if labels.periods.clear == 0:
+        return UNLABELLED if labels.ways == NULL else _label_by_way(labels, number)
     note = &labels.notes.at[number % labels.notes.count]
     period = _period_at(labels.periods, note.reported)
     if not 0.0 < period <= labels.longest + MARGIN:
@@ -120,6 +126,26 @@ cdef int64_t label_candidate(RepetitionLabels* labels) noexcept nogil:
             best, least = other, cost
     if best != number or note.reported - state.last_time < NEAREST_END * period - MARGIN:
         return WITHIN
+    state.last_time = note.reported
+    return ENDS
+
+
+cdef int64_t _label_by_way(RepetitionLabels* labels, int64_t number) noexcept nogil:
+    """Return the label of a candidate that the latest way out and back gives it."""
+    cdef Labels* state = labels.state
+    cdef Note* note = &labels.notes.at[number % labels.notes.count]
+    cdef Note* candidate
+    cdef int64_t other
+    if is_on_way(labels.ways, note.reported):
+        return WITHIN
+    if not is_after_way(labels.ways, note.reported):
+        return UNLABELLED
+    if state.last_time >= labels.ways.ends - MARGIN:
+        return WITHIN
+    for other in range(max(0, state.candidates - labels.notes.count), state.candidates):
+        candidate = &labels.notes.at[other % labels.notes.count]
+        if candidate.cost < note.cost and is_after_way(labels.ways, candidate.reported):
+            return WITHIN
     state.last_time = note.reported
     return ENDS
 

@@ -52,6 +52,7 @@ cdef struct Row:
     Tempo tempo
     Scales scales
     Dwells dwells
+    Ways ways
     Labels labels
     Candidate candidate
     ActivityState activity

@@ -72,16 +72,19 @@ def simd_quantise(cnp.ndarray values, cnp.ndarray target, double scale, /):
 
 
 def label_candidates(
-    cnp.ndarray labels, cnp.ndarray notes, cnp.ndarray periods, cnp.ndarray times, cnp.ndarray found, /
+    cnp.ndarray labels, cnp.ndarray notes, cnp.ndarray periods, cnp.ndarray times, cnp.ndarray speeds, cnp.ndarray found,
+    cnp.ndarray ways=None, /
 ):
-    """Note candidates at these times, s, slow and in the pose of rest, and set `found` to the label of each.
+    """Note candidates at these times, s, in the pose of rest, and set `found` to the label of each.
 
     Args:
         labels: (1,) Labels.
         notes: (NOTED_CANDIDATES,) Note.
         periods: (1,) Periods.
         times: (n,) float64 s.
+        speeds: (n,) float64 V.
         found: (n,) int64, set.
+        ways: (1,) Ways; None for a performer whose ways are not believed.
     """
     cdef RepetitionLabels own
     cdef int64_t i
@@ -89,9 +92,10 @@ def label_candidates(
     own.notes.at, own.notes.count = <Note*>cnp.PyArray_DATA(notes), len(notes)
     own.periods = <Periods*>cnp.PyArray_DATA(periods)
     own.longest = LONGEST_PERIOD
+    own.ways = NULL if ways is None else <Ways*>cnp.PyArray_DATA(ways)
     start_labels(own.state)
     for i in range(len(times)):
-        note_candidate(&own, doubles_at(times)[i], doubles_at(times)[i], 0.0, 0.1)
+        note_candidate(&own, doubles_at(times)[i], doubles_at(times)[i], 0.0, doubles_at(speeds)[i])
     for i in range(len(times)):
         (<int64_t*>cnp.PyArray_DATA(found))[i] = label_candidate(&own)
 
@@ -269,6 +273,7 @@ TESTED_CONSTANTS = {
     "LATE_DWELL": LATE_DWELL,
     "LEAST_EXTENT": LEAST_EXTENT,
     "LEAST_OWN_TIME": LEAST_OWN_TIME,
+    "LEAST_STEADY": LEAST_STEADY,
     "LEAST_USUAL_SPEED": LEAST_USUAL_SPEED,
     "LINGERS_LITTLE": LINGERS_LITTLE,
     "LINGERS_OFTEN": LINGERS_OFTEN,

@@ -48,6 +48,7 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         ("history", "filled"): (0, sizes["history_size"]),
         ("dwells", "begun"): (0, 2**60),
         ("dwells", "noted"): (0, 2**60),
+        ("ways", "home"): (0, 2**60),
         ("labels", "candidates"): (candidates, candidates),
         ("labels", "labelled"): (max(0, candidates - MOST_UNLABELLED), candidates),
         ("window", "undecided"): (0, sizes["capacity"]),

@@ -78,6 +78,7 @@ cdef inline Window _window_of(Row* row, Measure* params, Bytes scratch, EventSpa
     w.labels.state = &row.labels
     w.labels.notes.at, w.labels.notes.count = <Note*>(begin + at.notes), plan.notes
     w.labels.longest = longest_period(&row.scales) if plan.own_time == 1 else LONGEST_PERIOD
+    w.labels.ways = &row.ways if plan.own_time == 1 and steadiness(&row.scales) >= LEAST_STEADY else NULL
     w.labels.periods = <Periods*>(begin + (at.adopted if plan.adopts == 1 else at.periods))
     w.activity = activity_of(row)
     w.noise = &row.noise

@@ -135,16 +135,27 @@ cdef double agreement(CountingScratch* described, int64_t i, int64_t j) noexcept
     return 1.0 - <double>((squares - <float>2.0 * product) / spread)
 
 
-cdef bint _pair(Floats scores, Int32Rows cycles, int64_t i) noexcept nogil:
-    """Return whether durations and amplitudes of a cycle and the next are near enough."""
+cdef double _lasted(Counting* header, int64_t n, Int32Rows cycles, int64_t i) noexcept nogil:
+    """Return how long a cycle lasted, s, without the stay in its first and last posture."""
+    cdef int32_t start = cycles.at[i], end = cycles.at[2 * cycles.columns + i]
+    return header.at[ring_place(header, n, end)] - header.left[ring_place(header, n, start)]
+
+
+cdef bint _pair(Counting* header, int64_t n, Floats scores, Int32Rows cycles, int64_t i) noexcept nogil:
+    """Return whether durations and amplitudes of a cycle and the next are near enough.
+
+    Pauses make a cycle longer in time, and joints that the sensor misplaces make it longer in samples. One of both must be near.
+    """
     cdef int64_t one, other
     cdef double a, b
     one = cycles.at[2 * cycles.columns + i] - cycles.at[i]
     other = cycles.at[2 * cycles.columns + (i + 1)] - cycles.at[i + 1]
-    if max(one, other) > LONGEST_RATIO * min(one, other):
-        return False
     if min(one, other) < SHORTEST_CYCLE:
         return False
+    if max(one, other) > LONGEST_RATIO * min(one, other):
+        a, b = _lasted(header, n, cycles, i), _lasted(header, n, cycles, i + 1)
+        if max(a, b) > LONGEST_RATIO * min(a, b) + STAMP_ROUNDING:
+            return False
     a = abs(
         scores.at[cycles.at[cycles.columns + i]]
         - 0.5 * (scores.at[cycles.at[i]] + scores.at[cycles.at[2 * cycles.columns + i]])
@@ -225,10 +236,14 @@ cdef int64_t join_pairs(Floats scores, Int32Rows cycles, int64_t count, int64_t 
     return made
 
 
-cdef (int64_t, double, bint) keep_alike(Floats scores, Int32Rows cycles, int64_t count, double* alike) noexcept nogil:
+cdef (int64_t, double, bint) keep_alike(
+    Counting* header, int64_t n, Floats scores, Int32Rows cycles, int64_t count, double* alike
+) noexcept nogil:
     """Keep the cycles of runs that agree enough.
 
     Args:
+        header: `Counting`.
+        n: Samples in the window.
         scores: Of the component whose turning points these are.
         cycles: (3, SAMPLES), in and out.
         count: How many there are.
@@ -244,7 +259,7 @@ cdef (int64_t, double, bint) keep_alike(Floats scores, Int32Rows cycles, int64_t
     kept, covered, i, clear = 0, 0.0, 0, False
     while i < count:
         j, agreed, strongest = i, 0.0, 0.0
-        while j + 1 < count and _pair(scores, cycles, j):
+        while j + 1 < count and _pair(header, n, scores, cycles, j):
             if alike[j] < LEAST_AGREEMENT:
                 break
             agreed += alike[j]

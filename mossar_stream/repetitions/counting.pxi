@@ -190,7 +190,7 @@ cdef void _propose_turns(
             else:
                 left = join_pairs(scores, cycles, count, way - 1, kept)
                 describe_all(samples, k, kept, left, scratch)
-            left, covered, clear = keep_alike(scores, kept, left, scratch.alike)
+            left, covered, clear = keep_alike(header, n, scores, kept, left, scratch.alike)
             if left == 0 or width > 1 and duration(kept, left) < LEAST_WIDTHS * width * left:
                 continue
             covered *= share

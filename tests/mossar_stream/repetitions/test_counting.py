@@ -477,6 +477,15 @@ def test_series_without_a_rest_around_them_are_counted(period: float) -> None:
     assert len(latest_repetitions(pushed(rolled, times[: len(rolled)], 64))) == 3
 
 
+@pytest.mark.parametrize("lasts", [0.2, 0.4, 0.6])
+def test_a_joint_that_the_sensor_misplaces_for_a_while_changes_no_count(lasts: float) -> None:
+    """It adds samples to the first of three repetitions, which takes as long as the others."""
+    positions, times = raises([8.0] * 3)
+    shaken = (times > 4.0) & (times < 6.0)
+    positions[shaken, 1, 2] += 0.1 * np.abs(np.sin(np.pi * times[shaken] / lasts))
+    assert len(latest_repetitions(pushed(positions, times, len(times)))) == 3
+
+
 @pytest.mark.parametrize("noise", [0.0, 0.002, 0.004])
 def test_a_pause_changes_no_count(noise: float) -> None:
     positions, _ = raises([1.5] * 10)

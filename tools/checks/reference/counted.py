@@ -1,5 +1,7 @@
 """The counted repetitions at each time of a recording: the input of the rule in plain Python."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,10 +14,22 @@ from mossar_stream.skeleton import Skeleton
 Array = NDArray[np.float64]
 
 
-def counted_by(positions: Array, fps: float, skeleton: Skeleton) -> tuple[Array, list[Array]]:
-    """Return the counted repetitions: the time of each analysis, s, and (n, 4) begin, end, period and number of each.
+class Counted(NamedTuple):
+    """The counted repetitions at each time of a recording.
 
-    The first three are in seconds; the number is that in its bout, from 1.
+    Args:
+        since: s, the time of each analysis.
+        tables: (k, 4) begin, end and period, s, of each repetition, and its number in its bout, from 1.
+        ways: (n, 3) s, after each frame: when the latest way out and back began and ended, and when the next one began; inf if not.
+    """
+
+    since: Array
+    tables: list[Array]
+    ways: Array
+
+
+def counted_by(positions: Array, fps: float, skeleton: Skeleton) -> Counted:
+    """Return the counted repetitions.
 
     Args:
         positions: (n, J, 3) m.
@@ -26,10 +40,15 @@ def counted_by(positions: Array, fps: float, skeleton: Skeleton) -> tuple[Array,
     row = Channel(plan, "p1", plan.new_row())
     row.analyses = []
     core = Performer(Workspace(), (row,))
-    core.process(np.array(positions, np.float32), constant_times(len(positions), fps))
+    frames, times = np.array(positions, np.float32), constant_times(len(positions), fps)
+    ways = np.empty((len(frames), 3))
+    for i in range(len(frames)):
+        core.process(frames[i : i + 1], times[i : i + 1])
+        way = row.state["ways"]
+        ways[i] = way["begins"], way["ends"], way["leaves"]
     at_once([core], [(core.decide, RANK)])
     since, counted = zip(*row.analyses, strict=True)
-    return np.array([0.0, *since]), [np.zeros((0, 4)), *map(_table, counted)]
+    return Counted(np.array([0.0, *since]), [np.zeros((0, 4)), *map(_table, counted)], ways)
 
 
 def _table(headers: NDArray[np.void]) -> Array:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.reference.algorithms import localise
+from checks.reference.counted import Counted
 from checks.reference.motion_velocity import SIG_THRESHOLD, velocity
 from mossar_stream.core import kernels
 from mossar_stream.core.kernels import ANALYSIS_INTERVAL, LONGEST_RATIO, LONGEST_SILENCE, MARGIN
@@ -53,9 +54,7 @@ class Motion:
         counted: The counted repetitions; see counted.py.
     """
 
-    def __init__(
-        self, positions: Array, fps: float, skeleton: Skeleton, counted: tuple[Array, list[Array]]
-    ) -> None:
+    def __init__(self, positions: Array, fps: float, skeleton: Skeleton, counted: Counted) -> None:
         root = skeleton.root
         self.taken = taken_frames(np.arange(len(positions)) / fps)
         taken = np.asarray(positions, dtype=np.float64)[self.taken]
@@ -169,8 +168,8 @@ class Motion:
     @cached_property
     def holds(self) -> Array:
         """Age at which a key frame is decided, at each frame, s: larger for slow performers until a repetition is counted."""
-        counts = np.searchsorted(self.counted[0], self.times, "right") - 1
-        is_counted = np.array([len(self.counted[1][count]) > 0 for count in counts])
+        counts = np.searchsorted(self.counted.since, self.times, "right") - 1
+        is_counted = np.array([len(self.counted.tables[count]) > 0 for count in counts])
         slowness = np.minimum(self.extent, kernels.HAND) / self.usual
         more = kernels.WAITS_MORE * np.maximum(slowness - kernels.WAITS_FROM, 0.0)
         waits = np.minimum(HOLD + more, kernels.WAITS_AT_MOST * HOLD)
@@ -251,14 +250,20 @@ class Motion:
             due = int(np.argmax(is_due)) if is_due.any() else len(self.times)
             known = min(max(due, confirmed[number]), len(self.times) - 1)
             moment = self.times[known] if due < len(self.times) else np.inf
-            counted = self.counted[1][np.searchsorted(self.counted[0], moment, "right") - 1]
+            counted = self.counted.tables[np.searchsorted(self.counted.since, moment, "right") - 1]
             longest = max(kernels.LONGEST_PERIOD, kernels.LONGEST_IN_OWN_TIME * self.own_time[known])
-            label, last = self._label(number, bisect_right(confirmed, known), counted, last, longest)
+            noted = range(bisect_right(confirmed, known))
+            if len(counted) > 0:
+                label, last = self._label(number, noted, counted, last, longest)
+            elif self.steadiness[known] >= kernels.LEAST_STEADY:
+                label, last = self._label_by_way(number, noted, self.counted.ways[self.taken[known]], last)
+            else:
+                label = kernels.UNLABELLED
             found.append((label, known))
         return found
 
     def _label(
-        self, number: int, noted: int, counted: Array, last: float, longest: float
+        self, number: int, noted: range, counted: Array, last: float, longest: float
     ) -> tuple[int, float]:
         """Return the label of a candidate, and when the last repetition ended; `longest` is the longest period, s."""
         time = self._reported(number)
@@ -267,18 +272,34 @@ class Motion:
             return kernels.UNLABELLED, last
 
         def cost(other: int) -> float:
-            c = self.candidates[other]
-            slowness = WEIGHTS.stop - WEIGHTS.rest
-            unlike = WEIGHTS.rest_distance * c.rest_distance + slowness * np.log(
-                c.speed / c.usual + kernels.SPEED_FLOOR_OF_ODDS
-            )
-            return float(unlike + kernels.OFF_BOUND * _off_bound(counted, self._reported(other)) / period)
+            off = _off_bound(counted, self._reported(other)) / period
+            return self._unlike_end(other) + kernels.OFF_BOUND * off
 
-        near = [i for i in range(noted) if abs(self._reported(i) - time) <= 0.5 * period + MARGIN]
+        near = [i for i in noted if abs(self._reported(i) - time) <= 0.5 * period + MARGIN]
         too_soon = time - last < kernels.NEAREST_END * period - MARGIN
         if min(near, key=cost) != number or too_soon:
             return kernels.WITHIN, last
         return kernels.ENDS, time
+
+    def _label_by_way(self, number: int, noted: range, way: Array, last: float) -> tuple[int, float]:
+        """Return the same before anything is counted, by the latest way out and back: see `Counted.ways`."""
+        begin, end, leaves = way
+        time = self._reported(number)
+        if begin + MARGIN < time < end - MARGIN:
+            return kernels.WITHIN, last
+        until = min(leaves, end + (end - begin)) if end < math.inf else -math.inf
+        after = [i for i in noted if end - MARGIN <= self._reported(i) < until - MARGIN]
+        if number not in after:
+            return kernels.UNLABELLED, last
+        if last >= end - MARGIN or min(after, key=self._unlike_end) != number:
+            return kernels.WITHIN, last
+        return kernels.ENDS, time
+
+    def _unlike_end(self, number: int) -> float:
+        """Return how unlike the end of a repetition a candidate is, in log odds."""
+        c = self.candidates[number]
+        speed = np.log(c.speed / c.usual + kernels.SPEED_FLOOR_OF_ODDS)
+        return float(WEIGHTS.rest_distance * c.rest_distance + (WEIGHTS.stop - WEIGHTS.rest) * speed)
 
 
 def _period_at(counted: Array, time: float) -> float:
