@@ -27,7 +27,7 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MAGIC = b"MOSSAR\x00"
-SNAPSHOT_VERSION = 33  # the next one whenever rows are laid out, or their numbers are meant, otherwise
+SNAPSHOT_VERSION = 34  # the next one whenever rows are laid out, or their numbers are meant, otherwise
 HEADER_BYTES = len(MAGIC) + 1 + 32
 
 
