@@ -359,8 +359,8 @@ class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", k
         score: When `done`: 0 to 1, the similarity of the performance and the examples; else None.
         decided_time: Time of the frame that caused this message, s.
         reason: When `left`: `unfinished` if the end of the example was not reached; `movement` if the movement differs too
-            much from it; `once` if it differs less, so that it counts as soon as the next performance is like it; `another`
-            if another followed move fits better; `hidden` if no bone was seen; `gap` if frames were missing. Else empty.
+            much from it; `once` if it differs less, so that it may count once it is repeated; `another` if another
+            followed move fits better; `hidden` if no bone was seen; `gap` if frames were missing. Else empty.
     """
 
     v: int = SCHEMA_VERSION

@@ -125,6 +125,7 @@ cdef class Performer:
             follower = <Follower*>cnp.PyArray_DATA(followers) + i
             follower.see = reader.see
             follower.state, follower.store = <uint8_t*>cnp.PyArray_DATA(reader.state), <uint8_t*>cnp.PyArray_DATA(reader.store)
+            follower.periods = reader.hears()
         self.channels, self.joints, self.readers = channels, joints, readers
         self.parts, self.followers, self.order, self.positions = parts, followers, order, positions
         self.seat.parts, self.seat.limbs = <Part*>cnp.PyArray_DATA(parts), len(channels) - 1
@@ -411,6 +412,7 @@ cdef class Performer:
         cdef Channel body = self.body()
         cdef Reader reader
         self.apply_level()
+        self.tell_last_periods(body)
         for reader in self.readers:
             reader.end(body.row.clock.take, self.pending)
         self.close(body)
@@ -420,6 +422,15 @@ cdef class Performer:
                 StreamEvent(performer=body.performer, event="ended", take=body.row.clock.take - 1, reason=reason)
             )
         return self.note_end(body)
+
+    cdef int tell_last_periods(self, Channel body) except -1:
+        """Let readers know, before the take ends, what is counted of all of it."""
+        cdef int64_t i
+        for i in range(self.seat.readers):
+            if self.seat.followers[i].periods != NULL and body.row.clock.open == 1:
+                self.analyse_once_more(body)
+                tell_periods(&self.seat.followers[i], body.row)
+        return 0
 
     cdef str reason_of(self, str reason):
         """Return the reason for which a take ends, with a note if every joint was missing, or at the origin, in all frames."""

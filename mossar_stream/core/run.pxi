@@ -40,6 +40,7 @@ cdef struct Follower:  # a reader
     See see
     uint8_t* state  # the first eight bytes are a double, `due`: see reader.pxi
     uint8_t* store
+    Periods* periods  # where it keeps what is counted of the body's repetitions; NULL if it does not ask
 
 
 cdef struct Seat:  # one performer
@@ -110,6 +111,7 @@ cdef int64_t run_frames(Seat* seat, Room* room, Frames* frames) noexcept nogil:
                 _gather_limbs(seat, positions)
         while seat.stage <= seat.limbs + seat.readers:
             seat.stage += 1
+            tell_periods(&seat.followers[seat.stage - seat.limbs - 2], seat.parts[0].row)
             if _has_news(&seat.followers[seat.stage - seat.limbs - 2], positions, frames.joints, time):
                 return READ
         seat.stage = 0
@@ -211,12 +213,14 @@ cdef int64_t _step_limb(Seat* seat, Room* room, double* time) noexcept nogil:
 
 cdef inline void adopt_periods(Row* limb, Row* body) noexcept nogil:
     """Copy the periods of the body to a limb, if the limb uses them and they are new."""
-    cdef Periods* own
-    cdef Periods* counted
     if limb.plan.adopts == 1 and body.plan.repetitions == 1:
-        own, counted = adopted_of(limb), periods_of(body)
-        if own.analysed != counted.analysed or own.origin != counted.origin:
-            copy_periods(own, counted)
+        renew_periods(adopted_of(limb), periods_of(body))
+
+
+cdef inline void tell_periods(Follower* reader, Row* body) noexcept nogil:
+    """Copy the periods of the body to a reader that asks for them, if they are new."""
+    if reader.periods != NULL and body.plan.repetitions == 1:
+        renew_periods(reader.periods, periods_of(body))
 
 
 cdef bint _analyse(Seat* seat, Part* part, Room* room, double time) noexcept nogil:

@@ -27,7 +27,7 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MAGIC = b"MOSSAR\x00"
-SNAPSHOT_VERSION = 34  # raised whenever the layout of rows, or the meaning of their numbers, changes
+SNAPSHOT_VERSION = 35  # raised whenever the layout of rows, or the meaning of their numbers, changes
 HEADER_BYTES = len(MAGIC) + 1 + 32
 
 

@@ -6,5 +6,6 @@ layout       how the bytes of a bank, and of a performer, are laid out
 sampling     frames in, directions of bones out, 15 times a second
 warping      a stream's samples aligned with an example: causal, open at both ends
 tracking     what becomes of it: begun, progress, done, left
+repeated     repetitions that the counter knows, aligned with both ends known
 alignment    the reader that follows one performer's frames and makes events
 """

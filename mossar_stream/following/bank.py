@@ -69,7 +69,7 @@ def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) ->
     girdles = bones.girdles if facing == "any" else (NOWHERE,) * 4
     store[: FOLLOW_HEAD.itemsize].view(FOLLOW_HEAD)[0] = (
         len(bones.streamed), len(bones.bones), len(followed), len(names), len(bones.limbs), girdles, axis, sign,
-        len(strides), 0, 0,
+        len(strides), 0, 0, 0,
     )  # fmt: skip
     records = bank_of(store)["examples"]
     records["phases"] = counts

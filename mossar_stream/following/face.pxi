@@ -81,13 +81,11 @@ def follow_memory_parts(cnp.ndarray store, /):
     known = open_follow_memory(NOWHERE, head)
     return {
         "state": (0, "FollowingState", (1,)),
+        "periods": (<uint8_t*>known.periods - NOWHERE, "Periods", (1,)),
         "moves": (<uint8_t*>known.moves - NOWHERE, "FollowedMove", (head.moves,)),
         "happened": (<uint8_t*>known.happened - NOWHERE, "int64", (head.moves,)),
         "reports": (<uint8_t*>known.reports.at - NOWHERE, "float64", (head.moves, known.reports.columns)),
-        "near_reports": (<uint8_t*>known.near_reports.at - NOWHERE, "float64", (head.moves, known.reports.columns)),
         "boxes": (<uint8_t*>known.boxes - NOWHERE, "float32", (head.moves, 2, head.bones, 3)),
-        "near_boxes": (<uint8_t*>known.near_boxes - NOWHERE, "float32", (head.moves, 2, head.bones, 3)),
-        "near_poses": (<uint8_t*>known.near_poses - NOWHERE, "float32", (head.moves, NEAR_PHASES, head.bones, 3)),
         "rings": (<uint8_t*>known.rings - NOWHERE, "float32", (head.strides, head.ring, head.bones, 3)),
     }
 
@@ -108,7 +106,6 @@ RECORDS.update(record_types(MOSSAR_RECORDS.decode(), {
     "FollowHead": sizeof(FollowHead),
     "Bone": sizeof(Bone),
     "FollowedExample": sizeof(FollowedExample),
-    "NearMiss": sizeof(NearMiss),
     "FollowedMove": sizeof(FollowedMove),
     "FollowReport": sizeof(FollowReport),
     "FollowingState": sizeof(FollowingState),

@@ -11,7 +11,8 @@ cdef enum:
     LONGER = 16  # samples beyond twice an example that are remembered
     RECENT_SAMPLES = 16  # samples of which the progress is remembered, for the tempo
     TEMPO_SAMPLES = 15  # over which it is taken: 1 s
-    NEAR_PHASES = 8  # of a performance, at which the next one is compared with it
+    LATEST_DONE = 16  # performances whose time is remembered
+    RING_LENGTHS = 5  # times an example, of samples that are remembered: a counted repetition is known a whole one later
 
 cdef struct FollowHead:  # The head of a bank; its arrays follow.
     int64_t points  # K
@@ -24,7 +25,8 @@ cdef struct FollowHead:  # The head of a bank; its arrays follow.
     double sign
     int64_t strides  # R, how many different ones the examples have
     int64_t ring  # samples that are remembered of each
-    int64_t phases  # of the longest example, padded
+    int64_t longest  # phases of the longest example
+    int64_t phases  # the same, padded
 
 
 cdef struct Bone:
@@ -44,14 +46,6 @@ cdef struct FollowedExample:
     double farthest  # largest mean square of the chord between a phase and the first one
     int64_t rows  # where its directions begin, floats
     int64_t memory  # where its cells begin in the memory of a performer, bytes
-
-
-cdef struct NearMiss:  # The latest performance that was done, or nearly done.
-    int64_t is_known  # whether there is one
-    int64_t is_done  # whether it was reported as done
-    double rank
-    int64_t first  # sample
-    int64_t last
 
 
 cdef struct FollowedMove:
@@ -82,7 +76,11 @@ cdef struct FollowedMove:
     double done  # rank of the latest performance that was done, inf if there is none
     int64_t done_first  # its samples
     int64_t done_last
-    NearMiss near
+    int64_t repeated  # whether what the counter counts now is this move
+    double settled  # s, until when counted repetitions were looked at
+    double lasts  # s, the latest of them that was the move
+    int64_t surplus  # performances that were done beyond them
+    double middles[16]  # LATEST_DONE, s, of the latest performances that were done, on the way there
     int64_t refused  # why the latest end of the performance was not done
     float recent[16]  # RECENT_SAMPLES, progress at the last samples
     int64_t recents
@@ -131,7 +129,9 @@ cdef struct FollowBank:  # The parts of a bank: what is followed, described for 
 cdef struct FollowMemory:  # The parts of a performer's memory, besides the cells of examples.
     uint8_t* memory
     FollowingState* state
+    Periods* periods  # what is counted of the body's repetitions, as of the last analysis
     FollowedMove* moves  # (M,)
+    FollowedMove* spare  # (1,) scratch
     int64_t* happened  # (M,) at the last frame
     DoubleRows reports  # (M, numbers of a `FollowReport` and limbs)
     FloatPlanes poses  # (2, K, 3) m, of the last two frames
@@ -142,14 +142,11 @@ cdef struct FollowMemory:  # The parts of a performer's memory, besides the cell
     FloatRows strays  # (M, B) mean square of chords; `UNJUDGED` of hidden bones
     FloatRows standing  # (M, B) square of the mean chord
     float* boxes  # (M, 2, B, 3) least and largest directions of the last performance
-    DoubleRows near_reports  # (M, as `reports`) of the latest performance that was nearly done
-    float* near_boxes  # (M, 2, B, 3) the same as `boxes`, of it
-    float* near_poses  # (M, NEAR_PHASES, B, 3) directions in it
-    FloatPlanes likely  # (NEAR_PHASES, B, 3) scratch: the same of the one that is looked at
     float* rings  # (R, ring, B, 3) directions of the last samples
     FloatRows means  # (B, 3) scratch: mean difference of directions along a way
     Int32Rows way  # (2, 2 * ring) scratch: samples and phases that a way brings together
     BytePlanes hidden  # (R, ring, B) whether each bone was hidden in the last samples
+    uint8_t* scratch  # cells of the longest example, in which a counted repetition is aligned
     uint8_t* end  # where the cells of the first example begin
 
 
@@ -219,15 +216,14 @@ cdef FollowMemory open_follow_memory(uint8_t* memory, FollowHead* head) noexcept
     points, bones, moves = head.points, head.bones, head.moves
     known.memory = memory
     known.state = <FollowingState*>memory
-    known.moves = <FollowedMove*>(memory + sizeof(FollowingState))
-    known.happened = <int64_t*>(known.moves + moves)
+    known.periods = <Periods*>(memory + sizeof(FollowingState))
+    known.moves = <FollowedMove*>(known.periods + 1)
+    known.spare = known.moves + moves
+    known.happened = <int64_t*>(known.spare + 1)
     known.reports = doubles_in_rows(
         <double*>(known.happened + moves), moves, sizeof(FollowReport) // sizeof(double) + head.limbs
     )
-    known.near_reports = doubles_in_rows(
-        known.reports.at + moves * known.reports.columns, moves, known.reports.columns
-    )
-    known.poses.at = <float*>(known.near_reports.at + moves * known.reports.columns)
+    known.poses.at = <float*>(known.reports.at + moves * known.reports.columns)
     known.poses.planes, known.poses.rows, known.poses.columns = 2, points, 3
     known.absences = known.poses.at + 6 * points
     known.directions = floats_in_rows(known.absences + points, bones, 3)
@@ -236,17 +232,14 @@ cdef FollowMemory open_follow_memory(uint8_t* memory, FollowHead* head) noexcept
     known.strays = floats_in_rows(known.products + head.phases, moves, bones)
     known.standing = floats_in_rows(known.strays.at + moves * bones, moves, bones)
     known.boxes = known.standing.at + moves * bones
-    known.near_boxes = known.boxes + moves * 6 * bones
-    known.near_poses = known.near_boxes + moves * 6 * bones
-    known.likely.at = known.near_poses + moves * NEAR_PHASES * 3 * bones
-    known.likely.planes, known.likely.rows, known.likely.columns = NEAR_PHASES, bones, 3
-    known.rings = known.likely.at + NEAR_PHASES * 3 * bones
+    known.rings = known.boxes + moves * 6 * bones
     known.means = floats_in_rows(known.rings + head.strides * head.ring * 3 * bones, bones, 3)
     known.way = ints32_in_rows(<int32_t*>(known.means.at + 3 * bones), 2, 2 * head.ring)
     known.hidden.at = <uint8_t*>(known.way.at + 4 * head.ring)
     known.hidden.planes, known.hidden.rows, known.hidden.columns = head.strides, head.ring, bones
     taken = known.hidden.at - memory
-    known.end = memory + in_words(taken) + in_words(head.strides * head.ring * bones)
+    known.scratch = memory + in_words(taken) + in_words(head.strides * head.ring * bones)
+    known.end = lay_out_cells(known.scratch, head.longest).end
     return known
 
 
@@ -263,20 +256,23 @@ cdef inline float* row_of_ring(FollowMemory* known, int64_t ring, int64_t line) 
     return known.rings + (ring * known.hidden.rows + line) * known.hidden.columns * 3
 
 
-cdef inline FloatPlanes box_of(FollowMemory* known, float* boxes, int64_t m) noexcept nogil:
-    """Return the least and the largest directions of a performance of a move, (2, B, 3), in `boxes` or `near_boxes`."""
+cdef inline FloatPlanes box_of(FollowMemory* known, int64_t m) noexcept nogil:
+    """Return the least and the largest directions of the last performance of a move, (2, B, 3)."""
     cdef FloatPlanes found
     found.planes, found.rows, found.columns = 2, known.strays.columns, 3
-    found.at = boxes + m * 6 * found.rows
+    found.at = known.boxes + m * 6 * found.rows
     return found
 
 
-cdef Cells open_cells(uint8_t* memory, FollowedExample* example) noexcept nogil:
+cdef inline Cells open_cells(uint8_t* memory, FollowedExample* example) noexcept nogil:
     """Return the cells of an example in the memory of a performer; nothing of it is read."""
+    return lay_out_cells(memory + example.memory, example.phases)
+
+
+cdef Cells lay_out_cells(uint8_t* begin, int64_t phases) noexcept nogil:
+    """Return where the cells of so many phases lie; nothing of them is read."""
     cdef Cells cells
-    cdef int64_t phases
-    phases = example.phases
-    cells.firsts = ints32_in_rows(<int32_t*>(memory + example.memory), LAYERS, phases)
+    cells.firsts = ints32_in_rows(<int32_t*>begin, LAYERS, phases)
     cells.costs = floats_in_rows(<float*>(cells.firsts.at + LAYERS * phases), LAYERS, phases)
     cells.weights = floats_in_rows(cells.costs.at + LAYERS * phases, LAYERS, phases)
     cells.gains = floats_in_rows(cells.weights.at + LAYERS * phases, LAYERS, phases)
@@ -322,7 +318,8 @@ cdef void place_examples(FollowBank* bank) noexcept nogil:
     longest = 0
     for t in range(head.examples):
         longest = max(longest, bank.examples[t].phases)
-    head.ring = ring_size(longest)
+    head.longest = longest
+    head.ring = RING_LENGTHS * longest + LONGER
     head.phases = in_lanes(longest)
     at = 3 * head.points
     cells = open_follow_memory(NOWHERE, head).end
@@ -345,10 +342,20 @@ cdef void begin_follow_memory(uint8_t* memory, FollowBank* bank) noexcept nogil:
     known.state.due = -INFINITY
     for m in range(bank.head.moves):
         known.moves[m].best = known.moves[m].done = INFINITY
+        forget_repetitions(&known.moves[m])
     for t in range(bank.head.examples):
         cells = open_cells(memory, &bank.examples[t])
         for m in range(LAYERS * cells.costs.columns):
             cells.costs.at[m] = INFINITY
+
+
+cdef inline void forget_repetitions(FollowedMove* move) noexcept nogil:
+    """Forget what was counted, and when the move was done."""
+    cdef int64_t i
+    move.repeated = move.surplus = 0
+    move.settled = -INFINITY
+    for i in range(LATEST_DONE):
+        move.middles[i] = -INFINITY
 
 
 cdef int64_t follow_memory_size(FollowBank* bank) noexcept nogil:

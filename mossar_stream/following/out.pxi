@@ -6,7 +6,7 @@ from mossar_stream.events import LEFT_REASONS, FollowEvent
 # repetitions, other people's examples and other exercises. Scale and begin were fitted again on 38,516 messages, with own
 # examples, one other's, and two each of four others; of each person left out in turn, tenths are true within 0.18.
 # `python -m checks.following` prints the table.
-cdef double CERTAIN_BEGIN = 1.84
+cdef double CERTAIN_BEGIN = 1.6
 cdef double CERTAIN_PROGRESS = 4.92
 cdef double CERTAIN_COST = -0.44
 cdef double CERTAIN_RESIDUAL = -5.42
@@ -41,6 +41,9 @@ cdef class FollowReader(Reader):
 
     cdef FollowMemory known(self):
         return open_follow_memory(<uint8_t*>cnp.PyArray_DATA(self.state), <FollowHead*>cnp.PyArray_DATA(self.store))
+
+    cdef Periods* hears(self):
+        return self.known().periods
 
     cdef int report(self, int64_t take, double* origin, list pending) except -1:
         cdef FollowMemory known = self.known()

@@ -6,20 +6,15 @@ better. It is done if it explains the movement well enough: what is left of its 
 differences are taken away, is compared with the costs of a performer who stands still. Once a performer has
 done a move, it may be done less well.
 
-People differ more than performances of one person do. So a performance that is nearly done is remembered. If the next
-one is like it, both are done: chance does not repeat itself. The first one is then reported late.
+People differ more than performances of one person do, so ways are misled by the example of another body: they stop half
+way, or take the way back for the way there. Where the body's repetitions are counted, repeated.pxi corrects that.
 """
 
 # Chosen on five people and ten exercises, people left out in turn; all lie on wide plateaus
 # (docs/lab-notes/following.md).
 cdef double MOST_LEFT = 0.9  # residual above which nothing was done
 cdef double MORE_LEFT = 1.4  # times that, for a performer who has done it before in the take
-cdef double MOST_NEAR = 1.6  # residual below which a performance was nearly done
-cdef double MOST_UNLIKE = 0.9  # cost of one performance as an example of the next, above which they are not alike
-cdef double NEAR_GAIN = 0.15  # gain below which nothing was nearly done
-cdef double NEAR_DEAREST = 14.0  # cost above which nothing was, relative to the gain
-cdef double MOST_COMMON = 3.0  # samples that two performances share
-cdef double FARTHEST_AFTER = 3.0  # longest rest between them, in lengths of the longer one
+cdef double MOST_NEAR = 1.6  # residual below which a performance may be done once it is repeated
 cdef double LEAST_GAIN = 0.25  # gain below which nothing was done
 cdef double GAIN_WORTH = 0.6  # by how much a gain of 1 lowers the rank of an end
 cdef double CLEARLY = 0.3  # by how much another move must rank better to be the one that was made
@@ -45,7 +40,7 @@ cdef enum:  # what happened to a move
 cdef enum:  # why a performance was not done, in the order of `LEFT_REASONS` in events.py, the first of which is none
     BY_BREAK = 1  # it has not come to the end of the example
     BY_MOVEMENT = 2  # the movement differs from the example's
-    BY_ONCE = 3  # the same, so little that one more like it would count
+    BY_ONCE = 3  # the same, so little that it may count once it is repeated
     BY_ANOTHER = 4  # another followed move explains it better
     BY_HIDDEN = 5  # no bone was seen
     BY_GAP = 6  # frames were missing
@@ -80,7 +75,7 @@ cdef bint finish_following(uint8_t* memory, uint8_t* store) noexcept nogil:
     """Decide everything at the end of a take; see `happened` of the moves.
 
     Returns:
-        Whether there is more to be decided: a performance came after one that is reported late.
+        Whether there may be more to be decided.
     """
     cdef FollowBank bank
     cdef FollowMemory known
@@ -92,7 +87,9 @@ cdef bint finish_following(uint8_t* memory, uint8_t* store) noexcept nogil:
     for m in range(bank.head.moves):
         known.happened[m] = MOVE_UNCHANGED
         if known.moves[m].best < INFINITY and _decide_end(&known, &bank, m):
-            more |= known.moves[m].best < INFINITY
+            more = True
+        elif settle_repetition(&known, &bank, m, True):
+            more = True
         elif known.moves[m].active:
             _give_up(&known, &bank, m)
     return more
@@ -105,7 +102,7 @@ cdef void evaluate_move(uint8_t* memory, uint8_t* store, int64_t m) noexcept nog
     bank = open_follow_bank(store)
     known = open_follow_memory(memory, bank.head)
     measure_way(&known, &bank, m)
-    write_report(&known, &bank, m, MOVE_GOES_ON)
+    write_report(&known, &bank, m, &known.moves[m], MOVE_GOES_ON)
 
 
 cdef void _take_frame(FollowMemory* known, FollowBank* bank, FloatRows positions, double time) noexcept nogil:
@@ -156,7 +153,6 @@ cdef void _restart(FollowMemory* known, FollowBank* bank) noexcept nogil:
             known.moves[m].refused = BY_GAP
             _give_up(known, bank, m)
         known.moves[m].best = known.moves[m].done = INFINITY
-        known.moves[m].near.is_known = 0
     for t in range(bank.head.examples):
         cells = open_cells(known.memory, &bank.examples[t])
         forget_ways(&cells, MOST_SAMPLES)
@@ -179,12 +175,13 @@ cdef void _report_move(FollowMemory* known, FollowBank* bank, int64_t m, int64_t
     elif what != MOVE_GOES_ON:
         move.active = 0
     move.rev += 1
-    write_report(known, bank, m, what)
+    write_report(known, bank, m, move, what)
 
 
-cdef void write_report(FollowMemory* known, FollowBank* bank, int64_t m, int64_t what) noexcept nogil:
-    """Write what is reported of a move, rounded."""
-    cdef FollowedMove* move
+cdef void write_report(
+    FollowMemory* known, FollowBank* bank, int64_t m, FollowedMove* move, int64_t what
+) noexcept nogil:
+    """Write what is reported of move m, as `move` says, rounded."""
     cdef FollowReport* report
     cdef const float* strays
     cdef const float* weights
@@ -192,7 +189,6 @@ cdef void write_report(FollowMemory* known, FollowBank* bank, int64_t m, int64_t
     cdef const float* standing
     cdef double farthest, deviation, posture, unjudged, angle
     cdef int64_t limb, b, joint, count, judged
-    move = &known.moves[m]
     report = <FollowReport*>row_of_doubles(known.reports, m).at
     limbs = <double*>(report + 1)
     strays, standing = row_of_floats(known.strays, m).at, row_of_floats(known.standing, m).at
@@ -274,6 +270,7 @@ cdef void _follow_examples(FollowMemory* known, FollowBank* bank) noexcept nogil
                 advance_ways(&cells, known, sample)
                 _note_end(&cells, known, m, at, example)
             at += 1
+        settle_repetition(known, bank, m, False)
         _see_who_leads(known, bank, m, first, at)
 
 
@@ -290,7 +287,7 @@ cdef void _note_end(
         place = layer * cells.costs.columns + end
         gain = <double>cells.gains.at[place] / (end + 1)
         rank = <double>cells.costs.at[place] / cells.weights.at[place] - GAIN_WORTH * gain
-        if rank < move.best and gain > NEAR_GAIN and rank + GAIN_WORTH * gain < NEAR_DEAREST * gain:
+        if rank < move.best and gain > LEAST_GAIN and rank + GAIN_WORTH * gain < DEAREST_END * gain:
             move.best = rank
             move.best_gain = gain
             move.best_first = cells.firsts.at[place] * example.stride
@@ -340,61 +337,30 @@ cdef void _see_who_leads(
 
 
 cdef bint _decide_end(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
-    """Decide about the best end.
-
-    Returns:
-        Whether a performance is done: the one that has ended, or the one before, and then the best end stays.
-    """
+    """Decide about the best end; return whether a performance is done."""
     cdef FollowedMove* move = &known.moves[m]
     cdef FollowedExample* example = &bank.examples[move.best_example]
-    cdef int64_t count
-    cdef bint alike
     move.example, move.layer = move.best_example, move.best_layer
     move.phase = example.phases - 1
     move.first, move.last = move.best_first // example.stride, move.best_last // example.stride
-    count = measure_way(known, bank, m)
-    if _is_another(known, bank.head.moves, m):
+    measure_way(known, bank, m)
+    if is_another(known, bank.head.moves, m):
         move.refused = BY_ANOTHER
-        return False
-    if _is_unjudged(row_of_floats(known.strays, m)):
+    elif is_unjudged(row_of_floats(known.strays, m)):
         move.refused = BY_HIDDEN
-        return False
-    _note_poses(known, bank, m, count)
-    if _is_done_alone(move):
-        _finish(known, bank, m)
-        return True
-    if not move.residual < MOST_NEAR:
+    elif not move.residual < MOST_NEAR:
         move.refused = BY_MOVEMENT
-        return False
-    alike = _is_like_the_one_before(known, bank, m)
-    if alike and move.near.is_done:
+    elif not move.residual < (MOST_LEFT * MORE_LEFT if move.count else MOST_LEFT):
+        move.refused = BY_ONCE
+    elif is_settled(known, move):
+        move.refused = BY_BREAK
+    else:
         _finish(known, bank, m)
         return True
-    if alike:
-        _finish_earlier(known, m)
-        return True
-    move.refused = BY_ONCE
-    if not _is_the_same(move) or move.best < move.near.rank:
-        _remember(known, bank, m, False)
-        _note_near_report(known, bank, m)
     return False
 
 
-cdef inline bint _is_done_alone(FollowedMove* move) noexcept nogil:
-    """Tell whether the best end is done, whatever the performance before was."""
-    cdef double gain = move.best_gain
-    return (
-        gain > LEAST_GAIN and move.best + GAIN_WORTH * gain < DEAREST_END * gain
-        and move.residual < (MOST_LEFT * MORE_LEFT if move.count else MOST_LEFT)
-    )
-
-
-cdef inline bint _is_the_same(FollowedMove* move) noexcept nogil:
-    """Tell whether the best end is that of the performance that is remembered, aligned in another way."""
-    return move.near.is_known and move.best_first < move.near.last - MOST_COMMON
-
-
-cdef inline bint _is_unjudged(Floats strays) noexcept nogil:
+cdef inline bint is_unjudged(Floats strays) noexcept nogil:
     """Tell whether no bone was seen for long enough."""
     cdef int64_t b
     for b in range(strays.count):
@@ -403,22 +369,7 @@ cdef inline bint _is_unjudged(Floats strays) noexcept nogil:
     return True
 
 
-cdef void _note_poses(FollowMemory* known, FollowBank* bank, int64_t m, int64_t count) noexcept nogil:
-    """Write the directions at some phases of the performance whose way was traced last into `likely`."""
-    cdef FollowedExample* example = &bank.examples[known.moves[m].example]
-    cdef int64_t n, k, wanted, size = 3 * bank.head.bones
-    for n in range(NEAR_PHASES):
-        wanted, k = n * (example.phases - 1) // (NEAR_PHASES - 1), 0
-        while k < count - 1 and known.way.at[known.way.columns + k] > wanted:
-            k += 1
-        memcpy(
-            plane_of_floats(known.likely, n).at,
-            row_of_ring(known, example.ring, in_ring(known.way.at[k], known.hidden.rows)),
-            size * sizeof(float),
-        )
-
-
-cdef bint _is_another(FollowMemory* known, int64_t moves, int64_t m) noexcept nogil:
+cdef bint is_another(FollowMemory* known, int64_t moves, int64_t m) noexcept nogil:
     """Tell whether the best end is that of another followed move, which explains the same movement better."""
     cdef FollowedMove* move
     cdef FollowedMove* other
@@ -482,7 +433,7 @@ cdef void _go_on(
         return
     move.example, move.layer, move.phase = leader, layer, phase
     move.first, move.last = first, state.samples // example.stride
-    move.start = state.sampled - (state.samples - first * example.stride) * PERIOD
+    move.start = time_of_sample(state, first * example.stride)
     move.time, move.progress, move.cost, move.went = state.sampled, progress, cost, went
     move.gain = <double>cells.gains.at[place] / example.phases
     move.recent[move.recents % RECENT_SAMPLES] = <float>progress
@@ -528,13 +479,13 @@ cdef void _finish(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nog
     cdef Cells cells
     cdef int64_t t
     move = &known.moves[m]
-    _come_to_end(known, move)
+    move.progress, move.gain = 1.0, move.best_gain
+    move.start = time_of_sample(known.state, move.best_first)
+    move.time = time_of_sample(known.state, move.best_last)
     move.done, move.done_first, move.done_last = move.best, move.best_first, move.best_last
-    _remember(known, bank, m, True)
-    memcpy(
-        box_of(known, known.boxes, m).at, box_of(known, known.near_boxes, m).at, 6 * bank.head.bones * sizeof(float)
-    )
+    note_box(box_of(known, m), ring_of(known, bank.examples[move.example].ring), move.first, move.last)
     move.best = INFINITY
+    move.middles[move.count % LATEST_DONE] = 0.5 * (move.start + move.time)
     move.count += 1
     _report_move(known, bank, m, MOVE_DONE)
     for t in range(bank.head.examples):
@@ -544,84 +495,12 @@ cdef void _finish(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nog
             forget_ways(&cells, (move.best_last + other.stride - 1) // other.stride)
 
 
-cdef void _come_to_end(FollowMemory* known, FollowedMove* move) noexcept nogil:
-    """Set the numbers of a move to those of its best end."""
-    cdef FollowingState* state = known.state
-    move.progress, move.gain = 1.0, move.best_gain
-    move.start = state.sampled - (state.samples - move.best_first) * PERIOD
-    move.time = state.sampled - (state.samples - move.best_last) * PERIOD
+cdef inline double time_of_sample(FollowingState* state, int64_t sample) noexcept nogil:
+    """Return the time of a sample that was taken, s."""
+    return state.begin + sample * PERIOD
 
 
-cdef void _note_near_report(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
-    """Note what will be reported of a performance that is nearly done, if the next one is like it."""
-    cdef FollowedMove* move = &known.moves[m]
-    cdef double start = move.start, time = move.time, progress = move.progress, gain = move.gain
-    _come_to_end(known, move)
-    write_report(known, bank, m, MOVE_DONE)
-    memcpy(
-        row_of_doubles(known.near_reports, m).at, row_of_doubles(known.reports, m).at,
-        known.reports.columns * sizeof(double),
-    )
-    move.start, move.time, move.progress, move.gain = start, time, progress, gain
-
-
-cdef void _finish_earlier(FollowMemory* known, int64_t m) noexcept nogil:
-    """Report the performance that was nearly done as done, late, under a number of its own."""
-    cdef FollowedMove* move = &known.moves[m]
-    cdef FollowReport* report = <FollowReport*>row_of_doubles(known.reports, m).at
-    cdef FloatPlanes box = box_of(known, known.boxes, m)
-    memcpy(report, row_of_doubles(known.near_reports, m).at, known.reports.columns * sizeof(double))
-    memcpy(box.at, box_of(known, known.near_boxes, m).at, 6 * box.rows * sizeof(float))
-    known.state.number += 1
-    move.count += 1
-    report.number, report.rev, report.count = known.state.number, 1, move.count
-    move.near.is_done = 1
-    move.done, move.done_first, move.done_last = move.near.rank, move.near.first, move.near.last
-    known.happened[m] = MOVE_DONE
-    known.state.happened = 1
-
-
-cdef void _remember(FollowMemory* known, FollowBank* bank, int64_t m, bint is_done) noexcept nogil:
-    """Remember the performance that has ended, as the one that the next one may be like."""
-    cdef FollowedMove* move = &known.moves[m]
-    cdef NearMiss* near = &move.near
-    cdef int64_t size = NEAR_PHASES * 3 * bank.head.bones
-    near.is_known, near.is_done = 1, is_done
-    near.rank, near.first, near.last = move.best, move.best_first, move.best_last
-    memcpy(known.near_poses + m * size, known.likely.at, size * sizeof(float))
-    _note_box(
-        box_of(known, known.near_boxes, m), ring_of(known, bank.examples[move.example].ring), move.first, move.last
-    )
-
-
-cdef bint _is_like_the_one_before(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
-    """Tell whether the performance that has ended is like the one that is remembered, and followed soon after it."""
-    cdef FollowedMove* move = &known.moves[m]
-    cdef NearMiss* near = &move.near
-    cdef FollowedExample* example = &bank.examples[move.example]
-    cdef int64_t longer = max(move.best_last - move.best_first, near.last - near.first)
-    cdef int64_t d, bones = bank.head.bones
-    cdef float total, square, difference
-    cdef const float* here
-    cdef const float* before
-    cdef int64_t n
-    if not near.is_known or _is_the_same(move):
-        return False
-    if move.best_first - near.last > FARTHEST_AFTER * longer:
-        return False
-    before = known.near_poses + m * NEAR_PHASES * 3 * bones
-    here = known.likely.at
-    total = 0.0
-    for n in range(NEAR_PHASES * bones):
-        square = 0.0
-        for d in range(3 * n, 3 * n + 3):
-            difference = here[d] - before[d]
-            square += difference * difference
-        total += min(square, CAP)
-    return total < MOST_UNLIKE * NEAR_PHASES * bones * example.dear
-
-
-cdef void _note_box(FloatPlanes box, FloatPlanes ring, int64_t first, int64_t last) noexcept nogil:
+cdef void note_box(FloatPlanes box, FloatPlanes ring, int64_t first, int64_t last) noexcept nogil:
     """Note the least and the largest direction of each bone during a performance."""
     cdef const float* sample
     cdef float* least

@@ -7,15 +7,14 @@ that are only calculated with may be nearly anything.
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.core.kernels import LAYERS, PERIOD, RECORDS, follow_cell_parts, follow_memory_parts
+from mossar_stream.core.kernels import CYCLES, LAYERS, PERIOD, follow_cell_parts, follow_memory_parts
 from mossar_stream.events import LEFT_REASONS
 from mossar_stream.following.bank import bank_of
-from mossar_stream.following.bones import NOWHERE
 from mossar_stream.moves.parts import parts_of
 
 WAYS_ON = 2 * LAYERS  # steps by which a way comes on: from either layer, by one phase or two
 MOST_COUNTED = 1 << 60  # no count is as large
-REPORT = RECORDS["FollowReport"]
+LATEST_TIME = 1e15  # s
 LONGEST_DIRECTION = 1.001  # of a bone, with rounding
 
 
@@ -28,15 +27,15 @@ def is_sound(memory: NDArray[np.uint8], store: NDArray[np.uint8]) -> bool:
     """
     parts = parts_of(memory, follow_memory_parts(store))
     bank = bank_of(store)
-    examples, bones = bank["examples"], len(bank["bones"])
+    examples = bank["examples"]
     return (
         _time_goes_on(parts["state"][0])
         and all(_is_sound_move(move, examples) for move in parts["moves"])
-        and all(_is_sound_report(report, len(examples), bones) for report in parts["near_reports"])
+        and _are_repetitions(parts["periods"][0])
         and all(_ways_stay_within(memory, store, t) for t in range(len(examples)))
         and all(
             bool((np.abs(parts[name]) <= LONGEST_DIRECTION).all())  # NaN is no direction either
-            for name in ("boxes", "near_boxes", "near_poses", "rings")
+            for name in ("boxes", "rings")
         )
     )
 
@@ -55,17 +54,14 @@ def _time_goes_on(state: np.void) -> bool:
 
 def _is_sound_move(move: np.void, examples: NDArray[np.void]) -> bool:
     """Tell whether the ways by which a move is followed lie in the cells of their examples."""
-    counts = ("number", "count", "rev", "recents")
+    counts = ("number", "count", "rev", "recents", "surplus")
     samples = ("first", "last", "best_first", "best_last", "done_first", "done_last")
-    near = move["near"]
     numbers = [float(move[name]) for name in ("start", "time", "seen", "reported", "progress")]
     return (
         all(0 <= int(move[name]) < MOST_COUNTED for name in counts)
         and all(abs(int(move[name])) < MOST_COUNTED for name in samples)
-        and all(abs(int(near[name])) < MOST_COUNTED for name in ("first", "last"))
         and move["active"] in (0, 1)
-        and near["is_known"] in (0, 1)
-        and near["is_done"] in (0, 1)
+        and move["repeated"] in (0, 1)
         and 0 <= int(move["refused"]) < len(LEFT_REASONS)
         and all(0 <= int(move[name]) < len(examples) for name in ("example", "best_example"))
         and all(0 <= int(move[name]) < LAYERS for name in ("layer", "best_layer"))
@@ -75,18 +71,14 @@ def _is_sound_move(move: np.void, examples: NDArray[np.void]) -> bool:
     )
 
 
-def _is_sound_report(report: NDArray[np.float64], examples: int, bones: int) -> bool:
-    """Tell whether a report can be made an event: its first numbers are finite, and what is an index is in range."""
-    fixed = report[: len(REPORT.names or ())]
-    named = dict(zip(REPORT.names or (), fixed.tolist(), strict=True))
-    return (
-        bool(np.isfinite(fixed).all())
-        and 0 <= named["refused"] < len(LEFT_REASONS)
-        and named["example"] in range(examples)
-        and named["joint"] in range(NOWHERE, bones)
-        and abs(named["count"]) < MOST_COUNTED
-        and 0.0 <= named["progress"] <= 1.0
-    )
+def _are_repetitions(counted: np.void) -> bool:
+    """Tell whether what is known of counted repetitions leads to samples, remembered or not."""
+    cycles = int(counted["cycles"])
+    if not 0 <= cycles <= CYCLES:
+        return False
+    known = counted["cycle"][:cycles]
+    times = np.array([known["begins"], known["ends"]]) + counted["origin"]
+    return bool((np.abs(times) < LATEST_TIME).all())  # NaN is no time either
 
 
 def _ways_stay_within(memory: NDArray[np.uint8], store: NDArray[np.uint8], t: int) -> bool:

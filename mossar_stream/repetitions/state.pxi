@@ -231,12 +231,18 @@ cdef void forget_periods(Periods* periods) noexcept nogil:
 
 
 cdef void copy_periods(Periods* periods, Periods* counted) noexcept nogil:
-    """Set what a limb knows of its body's repetitions."""
+    """Set what a limb or a reader knows of its body's repetitions."""
     cdef int64_t q
     periods.origin, periods.analysed = counted.origin, counted.analysed
     periods.clear, periods.cycles = counted.clear, counted.cycles
     for q in range(counted.cycles):
         periods.cycle[q] = counted.cycle[q]
+
+
+cdef inline void renew_periods(Periods* periods, Periods* counted) noexcept nogil:
+    """Set them if they were analysed since."""
+    if periods.analysed != counted.analysed or periods.origin != counted.origin:
+        copy_periods(periods, counted)
 
 
 cdef void note_periods(Periods* periods, Counting* counted) noexcept nogil:

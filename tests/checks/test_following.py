@@ -100,6 +100,8 @@ def test_without_options_the_examples_of_others_have_rows_beside_the_own_ones(tm
         assert (
             f"followed_by_others, {kind}: exact 1.00 (worst person 1.00), within one 1.00, AUC 1.000" in said
         )
+    for kind in ("own example", "one other", "two each of all others"):
+        assert f"repeated, {kind}: 0.000 of other exercises done" in said
 
 
 def test_the_mirror_image_of_another_person_counts():

@@ -4,7 +4,8 @@
     python -m checks.following --sessions EXAMPLES
 
 Without an option, rows `followed_by_others` follow those of own examples: with one example of the next person, and with two each
-of the other people. Mirror images of these count, because some people are left-handed. `--sessions` has rows `moves_others`: moves recognised with the examples of one, two and four other players.
+of the other people. Mirror images of these count, because some people are left-handed. Rows `repeated` say how much of the nine
+other exercises, each repeated as often as it was recorded, is taken for the move. `--sessions` has rows `moves_others`: moves recognised with the examples of one, two and four other players.
 FOLDER has one `.npz` for each person, with arrays `mNN_right_EE` and `mNN_wrong_EE`: repetition EE of exercise NN, (n, 22, 3)
 metres, 30 Hz, joints as below. The example is the person's first right repetition; with `--foreign` that of the next person;
 with `--others` the first two of each other person are examples.
@@ -102,6 +103,22 @@ def print_followed_by_others(people: list[Person]) -> None:
         print(
             f"followed_by_others, {kind}: exact {exact:.2f} (worst person {least:.2f}), within one {within:.2f}, AUC {area:.3f}"
         )
+
+
+def print_repeated(people: list[Person]) -> None:
+    """Print how often other exercises count as the move when they are repeated, for the examples of each row."""
+    for place, kind in enumerate(("own example", "one other", "two each of all others")):
+        shares = []
+        for person in people:
+            for exercise, kinds in person.items():
+                examples = kinds["right"][:1]
+                if place > 0:
+                    examples = examples_of_others(people, person, exercise)[place - 1]
+                for name, own in person.items():
+                    if name != exercise:
+                        events = followed(examples, own["right"], mirrored=place > 0)
+                        shares.append(sum(event.status == "done" for event in events) / len(own["right"]))
+        print(f"repeated, {kind}: {np.mean(shares):.3f} of other exercises done")
 
 
 def ends_of(repetitions: Repetitions) -> NDArray[np.float64]:
@@ -261,6 +278,7 @@ def main() -> None:
         print(f"committed at {SURE}: {early}; {kept.mean():.2f} of {len(kept)} came true")
     if not of_others and len(people) > 1:
         print_followed_by_others(people)
+        print_repeated(people)
 
 
 if __name__ == "__main__":

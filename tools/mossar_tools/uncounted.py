@@ -11,7 +11,7 @@ REPEATED = 2  # performances that ended but were not done, after which that is l
 WHY = {
     "unfinished": "it did not come to the end of the example",
     "movement": "the movement differs too much from the example",
-    "once": "the movement differs from the example; it counts as soon as the next performance is like it",
+    "once": "the movement differs from the example; it may count once it is repeated",
     "another": "another followed move fits better",
     "hidden": "no bone was seen for long enough",
     "gap": "frames were missing",
