@@ -281,6 +281,19 @@ def test_what_a_stream_ends_with_is_what_annotators_get_of_a_recording(mossar, t
     assert len(offline["segments posture"].marks) > len(offline["segments cluster"].marks)
 
 
+def test_all_tiers_of_a_video_that_a_pattern_names_are_smoothed(mossar, swing, tmp_path):
+    known = dict(np.load(swing))
+    known["positions"] = known["positions"] + np.random.default_rng(1).normal(0, 0.01, (240, 4, 3))
+    table, tiers = tmp_path / "marks.txt", []
+    for name in ("plain.npz", "video.mp4.pose.npz"):
+        np.savez(tmp_path / name, **known)
+        for source in (name, name.removesuffix(".npz") + "*"):
+            given = ("--unit", "m", "--export", table, "--force")
+            assert mossar("segment", tmp_path / source, *given)[0] == 0
+            tiers.append(read_annotations(table))
+    assert tiers[0] == tiers[1] != tiers[2] == tiers[3]
+
+
 def test_key_frames_and_repetitions_become_events_of_a_copy(mossar, tmp_path):
     take, copy = tmp_path / "take.c3d", tmp_path / "copy.c3d"
     swing = np.zeros((480, 4, 3))
