@@ -15,7 +15,7 @@ from mossar_adapters.annotations.reading import read_annotations
 from mossar_adapters.files import open_recording
 from mossar_adapters.segment_csv import COLUMNS
 from mossar_stream import Settings, segment_recording
-from mossar_tools.batch import segment_all
+from mossar_tools.batch import AHEAD, segment_all
 from mossar_tools.commands.segment import Options
 from mossar_tools.loaded_recording import load_recording
 
@@ -239,6 +239,18 @@ def test_several_recordings_become_one_table_and_a_bad_one_stops_nothing(
     assert len(rows) == 5 * len(single["segments"])
     status, out, _ = mossar("segment", "take0.npz", "take1.npz")
     assert (status, len(out.splitlines())) == (0, 2)
+
+
+def test_each_of_many_recordings_is_segmented_once_and_in_order(swing, tmp_path, monkeypatch):
+    files = []
+    for number in range(3 * AHEAD):
+        files.append(str(tmp_path / f"{number}.npz"))
+        (tmp_path / f"{number}.npz").write_bytes(swing.read_bytes())
+    files.insert(2 * AHEAD, str(tmp_path / "there_is_none.npz"))
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    done = list(segment_all(files, Options()))
+    assert [one.name for one in done] == files
+    assert [one.name for one in done if one.error] == [str(tmp_path / "there_is_none.npz")]
 
 
 def test_a_process_that_dies_costs_its_recording_only(swing, tmp_path, monkeypatch):
