@@ -62,6 +62,8 @@ LINES = {
     "demo --performers 0": "'0' is not a whole number from 1",
     "evaluate demo: --seeds 0": "'0' is not a whole number from 1",
     "teach moves.json walk.bvh --name kick --times 0": "'0' is not a whole number from 1",
+    "tune walk.bvh --per-minute 20 --tier mine": "--tier is of --labels FILE; add it",
+    "tune demo:?seconds=2 --labels moves.json --tier mine": "a label file has no tiers; leave --tier out",
     "tune walk.bvh --limbs": "unrecognized arguments: --limbs -",
     "run demo: --config=": "cannot be read: Is a directory",
     "replay walk.bvh": "where to?",
