@@ -439,6 +439,14 @@ def test_speed_max_leaves_nothing_to_see(mossar, swing):
     assert (status, err.count("\n")) == (2, 1)
 
 
+def test_a_recording_whose_events_are_wanted_is_streamed(process, swing, tmp_path):
+    arguments = ("view", swing, "--speed", "max", "--to", "events.jsonl", "--port", "0", "--no-browser")
+    running = process(*arguments, cwd=tmp_path)
+    out, _ = running.communicate(timeout=60)
+    assert (running.returncode, out) == (0, b"")
+    assert "key_frame" in (tmp_path / "events.jsonl").read_text()
+
+
 def test_without_viser_one_line_says_what_to_install():
     program = """
 import importlib.machinery, sys

@@ -15,7 +15,7 @@ from mossar_adapters.annotations.reading import read_annotations
 from mossar_adapters.files import open_recording
 from mossar_adapters.segment_csv import COLUMNS
 from mossar_stream import Settings, segment_recording
-from mossar_tools.batch import segment_all
+from mossar_tools.batch import AHEAD, segment_all
 from mossar_tools.commands.segment import Options
 from mossar_tools.loaded_recording import load_recording
 
@@ -241,6 +241,18 @@ def test_several_recordings_become_one_table_and_a_bad_one_stops_nothing(
     assert (status, len(out.splitlines())) == (0, 2)
 
 
+def test_each_of_many_recordings_is_segmented_once_and_in_order(swing, tmp_path, monkeypatch):
+    files = []
+    for number in range(3 * AHEAD):
+        files.append(str(tmp_path / f"{number}.npz"))
+        (tmp_path / f"{number}.npz").write_bytes(swing.read_bytes())
+    files.insert(2 * AHEAD, str(tmp_path / "there_is_none.npz"))
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    done = list(segment_all(files, Options()))
+    assert [one.name for one in done] == files
+    assert [one.name for one in done if one.error] == [str(tmp_path / "there_is_none.npz")]
+
+
 def test_a_process_that_dies_costs_its_recording_only(swing, tmp_path, monkeypatch):
     if os.cpu_count() == 1:
         pytest.skip("one core: there are no processes to die")
@@ -279,6 +291,19 @@ def test_what_a_stream_ends_with_is_what_annotators_get_of_a_recording(mossar, t
     offline = {tier.name: tier for tier in read_annotations(whole)}
     assert set(offline) == {"segments motion", "segments posture", "segments cluster", "key frames"}
     assert len(offline["segments posture"].marks) > len(offline["segments cluster"].marks)
+
+
+def test_all_tiers_of_a_video_that_a_pattern_names_are_smoothed(mossar, swing, tmp_path):
+    known = dict(np.load(swing))
+    known["positions"] = known["positions"] + np.random.default_rng(1).normal(0, 0.01, (240, 4, 3))
+    table, tiers = tmp_path / "marks.txt", []
+    for name in ("plain.npz", "video.mp4.pose.npz"):
+        np.savez(tmp_path / name, **known)
+        for source in (name, name.removesuffix(".npz") + "*"):
+            given = ("--unit", "m", "--export", table, "--force")
+            assert mossar("segment", tmp_path / source, *given)[0] == 0
+            tiers.append(read_annotations(table))
+    assert tiers[0] == tiers[1] != tiers[2] == tiers[3]
 
 
 def test_key_frames_and_repetitions_become_events_of_a_copy(mossar, tmp_path):

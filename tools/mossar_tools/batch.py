@@ -298,7 +298,7 @@ def segment_all(files: Sequence[str], options: "Options") -> Iterator[Segmented]
     waiting = list(files)
     while waiting:
         try:
-            for done in _in_processes(waiting, options, processes):
+            for done in _in_processes([*waiting], options, processes):
                 waiting.pop(0)
                 yield done
         except BrokenProcessPool:

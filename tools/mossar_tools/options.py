@@ -305,10 +305,10 @@ def parse(parser: argparse.ArgumentParser, record: type[Record], arguments: Sequ
     Raises:
         UsageError: If something is unknown or impossible.
     """
-    given = vars(parser.parse_args([*_separated(arguments)]))
+    given = vars(parser.parse_args([*_separated(arguments, parser)]))
     path = given.pop("config", None)
     own = dict(given.pop("set", ()))
-    configured = read_configuration(Path(path), parser) if path else {}
+    configured = read_configuration(Path(path), parser) if path is not None else {}
     settings = {**configured.pop("set", {}), **own}
     given = {name: value for name, value in given.items() if value not in ([], None)}
     merged = {**configured, **given, "config": path, "set": settings}
@@ -326,10 +326,11 @@ def parse(parser: argparse.ArgumentParser, record: type[Record], arguments: Sequ
     return options
 
 
-def _separated(arguments: Sequence[str]) -> Iterator[str]:
+def _separated(arguments: Sequence[str], parser: argparse.ArgumentParser) -> Iterator[str]:
     """Yield the arguments, `--limbs` as `--limbs=` where what comes after it is not its value but a source."""
+    has_limbs = "--limbs" in parser._option_string_actions  # noqa: SLF001 - argparse has no other way to ask
     for argument, following in zip(arguments, [*arguments[1:], ""], strict=False):
-        yield "--limbs=" if argument == "--limbs" and not _GROUPS.match(following) else argument
+        yield "--limbs=" if has_limbs and argument == "--limbs" and not _GROUPS.match(following) else argument
 
 
 def _check_settings(path: str, options: Any, without: Any) -> None:

@@ -89,6 +89,13 @@ def whole(text: str) -> int:
     return int(text)
 
 
+def count(text: str) -> int:
+    """Return a whole number from 1."""
+    if not text.strip().isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a whole number from 1")
+    return int(text)
+
+
 def people(text: str) -> int | Literal["nearest", "first"]:
     """Return the number of people, or the choice of one."""
     match text.strip():

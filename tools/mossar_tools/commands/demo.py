@@ -8,7 +8,7 @@ from mossar_tools.commands.run import as_run
 from mossar_tools.console import Console, is_terminal
 from mossar_tools.declared import Option, Section
 from mossar_tools.options import Messages, Segmenting, Speed, Streaming
-from mossar_tools.values import share, whole
+from mossar_tools.values import count, share, whole
 
 SECONDS = 30.0  # of motion, unless the user says otherwise
 
@@ -47,7 +47,7 @@ class Options(msgspec.Struct, frozen=True):
     speed: Speed = None
     seed: Annotated[int, Section("the performance"), Option("number of the performance", "N", whole)] = 1
     noise: Annotated[float, Option("sensor noise in metres (default: 0)", "M", share)] = 0.0
-    performers: Annotated[int, Option("number of performers (default: 1)", "N", whole)] = 1
+    performers: Annotated[int, Option("number of performers (default: 1)", "N", count)] = 1
     streaming: Streaming = Streaming()
     segmentation: Segmenting = Segmenting()
     messages: Messages = Messages()

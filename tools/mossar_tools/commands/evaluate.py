@@ -16,7 +16,7 @@ from mossar_tools.evaluation.takes import Take
 from mossar_tools.options import LabelledSegmenting, Messages, Picture, output
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
-from mossar_tools.values import factors, share, whole
+from mossar_tools.values import count, factors, share
 
 DESCRIPTION = """Compare key frames with the true cuts of labelled recordings: Mossar by parts and similarities,
 streaming and offline, and by chance.
@@ -45,7 +45,7 @@ EXAMPLES = """  mossar evaluate demo:                                the built-i
 SHOWN = "Mossar default, streaming"  # the method whose recordings are listed one by one
 
 
-Seeds = Annotated[int | None, Option("performances of each kind of demo: (default: 20)", "N", whole)]
+Seeds = Annotated[int | None, Option("performances of each kind of demo: (default: 20)", "N", count)]
 
 
 class Options(msgspec.Struct, frozen=True):

@@ -245,7 +245,7 @@ def _one(file: str, options: Options, outputs: Outputs, console: Console) -> int
         write_curves(outputs.curves, loaded, result, palette(dark=options.picture.dark))
         console.say(f"written: {outputs.curves}")
     if outputs.exports:
-        _export(options, outputs, loaded, result, chosen, console)
+        _export(file, options, outputs, loaded, result, chosen, console)
     if outputs.clips is not None:
         from mossar_adapters.files.clips import write_clips
 
@@ -280,7 +280,8 @@ def _clips(
     state = options.of.removesuffix("s")
     rows = [row for row in rows_of(options, loaded, result, chosen) if row["state"] == state]
     if not rows:
-        LOGGER.warning("%s: there are no %s to be cut", loaded.name, options.of)
+        missing = "performances" if options.of == "followed" else options.of
+        LOGGER.warning("%s: there are no %s to be cut", loaded.name, missing)
     last = len(loaded.times) - 1
     ends = [(row["start_frame"], min(row["end_frame"], last) + 1) for row in rows]
     names = [_clip_name(row) for row in rows]
@@ -294,6 +295,7 @@ def _clip_name(row: "dict[str, Any]") -> str:
 
 
 def _export(
+    file: str,
     options: Options,
     outputs: Outputs,
     loaded: "LoadedRecording",
@@ -306,7 +308,7 @@ def _export(
     from mossar_adapters.annotations.writing import write_annotations
 
     console.status("segmenting at the other levels ...", now=True)
-    tiers = _tiers(options, loaded, result, chosen)
+    tiers = _tiers(file, options, loaded, result, chosen)
     duration = float(loaded.times[-1] - loaded.begin) if len(loaded.times) else 0.0
     console.clear()
     for path in outputs.exports:
@@ -324,7 +326,7 @@ def _export(
 
 
 def _tiers(
-    options: Options, loaded: "LoadedRecording", result: "Result", chosen: "Segmentation"
+    file: str, options: Options, loaded: "LoadedRecording", result: "Result", chosen: "Segmentation"
 ) -> "list[Tier]":
     """Return what annotators see: the level that was chosen, the other named ones, moves, repetitions and limbs."""
     from mossar_adapters.annotations.tiers import (
@@ -344,9 +346,7 @@ def _tiers(
     tiers = [segment_tier(chosen.segments, level, origin), key_frame_tier(chosen.key_frames, origin)]
     for other in LEVEL_NAMES if isinstance(level, str) else ():
         if other != level:
-            settings = msgspec.structs.replace(options.segmentation, level=other).settings(
-                *options.sources, range="file"
-            )
+            settings = msgspec.structs.replace(options.segmentation, level=other).settings(file, range="file")
             settings = settings.replace(limbs=False, phase=False, repetitions=False, steps=False)
             again = segment_recording(
                 loaded.positions,

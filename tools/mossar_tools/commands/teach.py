@@ -72,7 +72,7 @@ class Options(msgspec.Struct, frozen=True):
         float | None,
         Option("of --pose: how long until it counts as held (default: 1)", "SECONDS", values.seconds),
     ] = None
-    times: Annotated[int, Option("number of examples (default: 2)", "N", values.whole)] = 2
+    times: Annotated[int, Option("number of examples (default: 2)", "N", values.count)] = 2
     seconds: Annotated[
         float | None,
         Option(

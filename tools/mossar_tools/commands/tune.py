@@ -65,6 +65,8 @@ def run(options: Options, console: Console) -> int:
     settings = options.segmentation.settings(options.file, range="file")
     if options.per_minute is not None and options.labels is not None:
         raise UsageError("--per-minute and --labels both choose; give one")
+    if options.tier is not None and options.labels is None:
+        raise UsageError("--tier is of --labels FILE; add it")
     if options.save is not None and options.per_minute is None and options.labels is None:
         raise UsageError("--save needs something to choose by: --per-minute N or --labels FILE")
     if options.save is not None and Path(options.save).exists() and not options.picture.force:

@@ -16,7 +16,7 @@ DESCRIPTION = """Show a camera, or a sender with --follow, --moves or --repetiti
 picture, one count, one verdict, and the dashboard one click away. Else show the dashboard in a browser: the motion, the velocity curve with its key frames, the segments; move the
 level to see which key frames it keeps. A recording is segmented as a whole and played: press on the curve or on the whole take
 below it to jump, on a key frame or its pose to stop there. Key frames are exported as CSV, the whole take as PNG.
-Other sources are shown live, and the last seconds are exported; so are recordings with --follow or --people."""
+Other sources are shown live, and the last seconds are exported; so are recordings with --people, or with an option of a running stream such as --to or --follow."""
 COMMON = (
     "--help",
     "--speed",
@@ -67,7 +67,7 @@ def run(options: Options, console: Console) -> int:
         len(options.sources) == 1
         and parse_url(options.sources[0]).scheme == "file"
         and options.people.people is None
-        and not options.streaming.follow
+        and options.streaming == Streaming(force=options.streaming.force)
         and options.page.page != "player"
     ):
         return _play(options, console)

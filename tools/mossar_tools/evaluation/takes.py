@@ -119,12 +119,14 @@ def cuts_of(
         tier: Of an annotation file; see `annotated_cuts`.
 
     Raises:
-        LabelError: If it is no label file, or its cuts are not of this recording.
+        LabelError: If it is no label file, its cuts are not of this recording, or a tier is given for it.
         MossarError: If an annotation file cannot be read, or it is not clear which tier is meant.
     """
     if is_annotated(path):
         annotated = Labels("", annotations=path.name, tier=tier, level=level)
         return _cuts(path, annotated, times), annotated.tolerance_s
+    if tier is not None:
+        raise LabelError(f"{path}: a label file has no tiers; leave --tier out")
     labels = read_labels(path)
     if labels is None:
         raise LabelError(f"{path}: no labels; there must be a recording and its cuts in it")
