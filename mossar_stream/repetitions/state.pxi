@@ -52,7 +52,7 @@ cdef struct Counting:
     int64_t travels  # 1 if the root's own path is part of the posture
     double least  # m, rms over joints: smaller swings are not counted
     int64_t chains  # number of them
-    int64_t chain[24][3]  # joints: the end of one bone, what both share, the end of the other
+    int64_t chain[24][3]  # joints: the end of one bone, the shared joint, the end of the other
     int64_t begun  # 1 after the first frame of a take
     double origin  # s, time of that frame
     double latest  # s, time of the latest frame
