@@ -1,4 +1,4 @@
-"""`mossar agree`: how well people, or a person and the program, agree on labels."""
+"""`mossar agree`: agreement on labels between people, or between a person and the program."""
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""`mossar settings`: the value of every setting, where it comes from, and its effect."""
+"""`mossar settings`: the value of every setting, its source, and its effect."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
@@ -81,7 +81,7 @@ def _rows(found: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _table(rows: Sequence[Mapping[str, Any]], console: Console) -> Iterator[str]:
-    """Yield a line for each setting; where it does not fit the terminal, its effect follows on lines of its own."""
+    """Yield a line for each setting; if it does not fit the terminal, its effect follows on separate lines."""
     columns = {"name": "setting", "value": "value", "unit": "unit", "from": "from", "legal": "legal"}
     shown = [{**row, "legal": row["legal"] if len(row["legal"]) < LONG else "see the right"} for row in rows]
     widths = {key: max(len(title), *(len(row[key]) for row in shown)) for key, title in columns.items()}
@@ -99,7 +99,7 @@ def _table(rows: Sequence[Mapping[str, Any]], console: Console) -> Iterator[str]
 
 
 def explained(segmentation: Segmenting) -> dict[str, dict[str, Any]]:
-    """Return for each setting its value, unit, legal values, where the value comes from and its effect."""
+    """Return value, unit, legal values, source of the value, and effect of each setting."""
     chosen = segmentation.settings()
     resolved = chosen.resolved()
     found = {}
