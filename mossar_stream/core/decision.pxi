@@ -1,19 +1,18 @@
-"""Decision: when the oldest undecided key frame is due, and how it leaves the window for good."""
+"""Decision: the due time of the oldest undecided key frame, and its way out of the window."""
 
 cdef enum:
     OLDEST_KEY = 0
     STILL_NEAR = 4  # newest key frames, whose dwells may go on
 
 # With `tempo`, and before the performer's repetitions are counted, slow performers' key frames wait longer: the first cycle of
-# a slow exercise lasts several seconds. For each second that a hand's width (`hand_time`) takes above the first number, so many
-# seconds more, but no more than so many times as long. At their own speed nobody of the labelled sets waits longer by it.
-cdef double WAITS_FROM = 0.5
-cdef double WAITS_MORE = 20.0
-cdef double WAITS_AT_MOST = 3.0
+# a slow exercise lasts several seconds. No performer of the labelled sets is slow enough at the original speed.
+cdef double WAITS_FROM = 0.5  # s that a hand's width (`hand_time`) takes
+cdef double WAITS_MORE = 20.0  # s of waiting added for each second above that
+cdef double WAITS_AT_MOST = 3.0  # times the ordinary waiting time
 
 
 cdef inline void set_due_time(Window* w) noexcept nogil:
-    """Set when the oldest undecided key frame must be decided, or a label of a candidate is due."""
+    """Set the time at which the oldest undecided key frame must be decided, or a label of a candidate is due."""
     cdef double due
     due = INFINITY
     if w.state.undecided > 0 and w.plan.offline == 0:
@@ -22,7 +21,7 @@ cdef inline void set_due_time(Window* w) noexcept nogil:
 
 
 cdef inline double hold_of(Window* w) noexcept nogil:
-    """Return how old a key frame is when it is decided, s."""
+    """Return the age of a key frame at its decision, s."""
     cdef double more
     if w.plan.own_time == 0 or w.labels.periods.clear == 1:
         return w.plan.hold
@@ -31,7 +30,7 @@ cdef inline double hold_of(Window* w) noexcept nogil:
 
 
 cdef inline double label_delay(Window* w) noexcept nogil:
-    """Return how old a candidate is when it is judged, s: decided it is not earlier; see repetition_labels.pxi."""
+    """Return the age at which a candidate is judged, s; it is not decided earlier. See repetition_labels.pxi."""
     if w.plan.labels_late == 1:
         return LABELLED_LATE
     return hold_of(w) if w.plan.own_time == 1 else min(w.plan.hold, LABELLED_AFTER)
@@ -57,7 +56,7 @@ cdef inline void _note_pause(Window* w, Key* key) noexcept nogil:
 
 
 cdef void judge_candidates(Window* w, double until) noexcept nogil:
-    """Judge the candidates that are due until some time, s, and let their key frames know."""
+    """Judge the candidates that are due until a time, s, and label their key frames."""
     cdef int64_t first, ordinal, label
     first = w.state.ordinal - w.state.undecided
     while due_label(&w.labels, label_delay(w)) <= until:
@@ -69,7 +68,7 @@ cdef void judge_candidates(Window* w, double until) noexcept nogil:
 
 
 cdef inline bint is_due(Window* w) noexcept nogil:
-    """Tell whether the oldest key frame must be decided now."""
+    """Return whether the oldest key frame must be decided now."""
     cdef WindowState* state
     state = w.state
     if state.undecided == 0:
@@ -78,16 +77,16 @@ cdef inline bint is_due(Window* w) noexcept nogil:
 
 
 cdef int64_t decide_oldest(Window* w, int64_t settled, int64_t open_slot, int64_t end_frame) noexcept nogil:
-    """Decide the oldest key frame: final where it is kept at the level, merged if not.
+    """Decide the oldest key frame: final if it is kept at the level, merged if not.
 
     Args:
         w: Window.
         settled: Slot of the open segment that follows the newest key frame.
-        open_slot: Slot with the summary of everything since the newest key frame.
-        end_frame: A final key frame moves to a frame before this one, up to which the settled slot is complete.
+        open_slot: Slot with the summary of all frames since the newest key frame.
+        end_frame: Frame up to which the settled slot is complete. A final key frame moves to a frame before it.
 
     Returns:
-        The slot of the open segment that follows the newest key frame from now on.
+        The slot of the open segment that now follows the newest key frame.
     """
     cdef int64_t i, frame, following, passed
     cdef Event* segment
@@ -102,7 +101,7 @@ cdef int64_t decide_oldest(Window* w, int64_t settled, int64_t open_slot, int64_
         elif key.rev > 0:
             _put_decided(w, OLDEST_KEY, KEY_WITHDRAWN, key.frame, key.time)
         following = w.order.at[1] if state.undecided > 1 else settled
-        # The earlier segment takes the later one in, and then its place.
+        # The later segment is merged into the earlier one, which then takes its place.
         merge_into(w.params, row_of_doubles(w.summaries, w.order.at[0]), row_of_doubles(w.summaries, following))
         close(w.params, row_of_doubles(w.summaries, w.order.at[0]))
         free_slot(w.slots, w.unused, following)
@@ -126,7 +125,7 @@ cdef int64_t decide_oldest(Window* w, int64_t settled, int64_t open_slot, int64_
 
 
 cdef inline (int64_t, double, int64_t) _locate(Window* w, int64_t open_slot, int64_t end_frame) noexcept nogil:
-    """Return frame and time where the oldest key frame had better be, and how many others it passes."""
+    """Return the best frame and time of the oldest key frame, and the number of others that it passes."""
     cdef Key* key
     cdef int64_t location, passed, back
     cdef Mark* mark
@@ -149,7 +148,7 @@ cdef inline (int64_t, double, int64_t) _locate(Window* w, int64_t open_slot, int
 
 
 cdef inline bint _lies_in_pause(Window* w) noexcept nogil:
-    """Tell whether the oldest key frame ends a repetition that is counted, and so belongs to the middle of the pause there."""
+    """Return whether the oldest key frame ends a counted repetition; if it does, it belongs to the middle of the pause there."""
     cdef Key* key = &w.keys.at[0]
     cdef int64_t i, until = w.clock.used_frame + 1
     if key.label != ENDS or key.rests == 1 or key.pause_frame <= w.state.left_frame:
@@ -162,7 +161,7 @@ cdef inline bint _lies_in_pause(Window* w) noexcept nogil:
 
 
 cdef void _put_decided(Window* w, int64_t place, int64_t status, int64_t frame, double time) noexcept nogil:
-    """Put the last message about a key frame into the event buffer."""
+    """Append the last event of a key frame to the event buffer."""
     cdef Key* key
     key = &w.keys.at[place]
     key.rev += 1
@@ -170,7 +169,7 @@ cdef void _put_decided(Window* w, int64_t place, int64_t status, int64_t frame, 
 
 
 cdef inline void _decision_leave(Window* w, int64_t settled, int64_t passed, int64_t frame, double time) noexcept nogil:
-    """Let the oldest key frame be the window's left end, at its new place, with `passed` others merged."""
+    """Make the oldest key frame, at its new place, the window's left end; merge the `passed` others."""
     cdef bint moves
     cdef int64_t ended, i, following, oldest, ordinal, places, origin
     cdef WindowState* state
@@ -202,14 +201,14 @@ cdef inline void _decision_leave(Window* w, int64_t settled, int64_t passed, int
     for i in range(w.counts.columns):
         w.counts.at[places * w.counts.columns + i] = w.counts.at[ordinal % places * w.counts.columns + i]
     if moves and frame != oldest and w.plan.offline == 0:  # a recording is not ranked after its first decision
-        # The first segment is no longer what it was; what was remembered of it is void.
+        # The first segment has changed, and its remembered costs are void.
         remerging_forget(w.memo, ordinal)
 
 
 cdef void _shift(Window* w, int64_t count) noexcept nogil:
     """Drop the leftmost key frames and segments; if none is left, the newest key frame stays in place 0.
 
-    A recording has many, which are all decided in one call: there the window begins farther to the right instead.
+    A recording has many key frames, all decided in one call. There the start of the window moves right instead.
     """
     cdef int64_t undecided, i
     undecided = w.state.undecided

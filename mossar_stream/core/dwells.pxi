@@ -1,13 +1,13 @@
-"""Dwells: where the performer lingered in the last seconds, so that the end of a repetition lies in the middle of a pause.
+"""Dwells: the latest pauses of the performer, so that the end of a repetition lies in the middle of a pause.
 
-A dwell is a stretch of time in which the speed u stays below the share `SLOW` of V (scales.pxi), but for `DWELL_GAP`. Moments are
-noted some 20 times a second, so that the middle of a dwell is a frame.
+A dwell is a stretch of time in which the speed u stays below the share `SLOW` of V (scales.pxi). Gaps of up to `DWELL_GAP` do
+not end it. Moments are noted some 20 times a second, so that the middle of a dwell is a frame.
 """
 
-cdef double DWELL_GAP = 0.12  # s above the line that do not end a dwell
+cdef double DWELL_GAP = 0.12  # s above the threshold that do not end a dwell
 cdef double MOMENT_SPACING = 0.045  # s between moments
 cdef double NEAR_DWELL = 0.3  # s, from a key frame to its dwell
-# s; the velocity shows a dwell so much later, after its low-pass filter and the window of its speed
+# s; delay of a dwell in the velocity, by its low-pass filter and the window of its speed
 cdef double LATE_DWELL = 0.05
 cdef enum:
     DWELLS = 8  # remembered
@@ -33,11 +33,11 @@ cdef void start_dwells(Dwells* dwells) noexcept nogil:
 
 
 cdef inline void follow_dwells(Dwells* dwells, bint slow, int64_t frame, double time) noexcept nogil:
-    """Take a frame in, in which the performer is slow or not.
+    """Add a frame.
 
     Args:
         dwells: DWELLS.
-        slow: Whether the speed is below the line.
+        slow: Whether the speed is below the threshold.
         frame: Its number.
         time: s.
     """
@@ -56,7 +56,7 @@ cdef inline void follow_dwells(Dwells* dwells, bint slow, int64_t frame, double 
 
 
 cdef int64_t dwell_near(Dwells* dwells, double time) noexcept nogil:
-    """Return the place of the dwell nearest to a time, s; `NO_DWELL` if none is near, of two as near the earlier one."""
+    """Return the place of the dwell nearest to a time, s, or `NO_DWELL` if none is near; at a tie, the earlier one."""
     cdef int64_t number, place, best = NO_DWELL
     cdef double off, least = NEAR_DWELL
     for number in range(max(dwells.begun - DWELLS, 0), dwells.begun):
@@ -68,7 +68,7 @@ cdef int64_t dwell_near(Dwells* dwells, double time) noexcept nogil:
 
 
 cdef Moment* middle_of(Dwells* dwells, int64_t dwell) noexcept nogil:
-    """Return the moment in the middle of a dwell, of two as near the earlier one."""
+    """Return the moment in the middle of a dwell; at a tie, the earlier one."""
     cdef double time = 0.5 * (dwells.begin[dwell] + dwells.end[dwell]) - LATE_DWELL
     cdef int64_t low = max(dwells.noted - MOMENTS, 0), high = dwells.noted - 1, number
     cdef Moment* before

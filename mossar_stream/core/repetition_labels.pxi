@@ -1,16 +1,17 @@
-"""Labels of candidates: which candidates end a repetition, and which lie inside one.
+"""Labels of candidates: a candidate ends a repetition or lies inside one.
 
-While the performer repeats a movement, as counted in `repetitions`, every candidate of Algorithm 2 gets a label when it
-is `LABELLED_AFTER` old, or decided. In a recording, where nothing is decided before a take ends, it waits for
-`LABELLED_LATE`: by then even the first repetitions of a bout are counted. It is compared with all candidates within
-half a period around it. It ends a repetition if it is the best of them: slowest, nearest to the rest pose, and nearest
-to where one repetition ends and the next begins. The first two weigh what they do as evidence of a key frame. Only even
-bouts are labelled, whose longest period is at most twice the shortest: beats of gestures are alike in shape, but uneven
-in time, and people do not cut at them. What it is compared with is fixed, so that the label is the same whatever the
-window of Algorithm 3 holds.
+While `repetitions` counts a repeated movement, every candidate of Algorithm 2 gets a label when it is `LABELLED_AFTER` old,
+or decided. In a recording nothing is decided before the take ends, and a candidate waits for `LABELLED_LATE`: by then even
+the first repetitions of a bout are counted. A candidate is compared with all candidates within half a period around it. It
+ends a repetition if it is the best of them: slowest, nearest to the rest pose, and nearest to a boundary between two
+repetitions. The first two have the same weights as in the evidence of a key frame.
 
-Before anything is counted the latest way out and back (ways.pxi) has labels: candidates within it lie inside a repetition, and
-the best one after it ends it.
+Only even bouts are labelled: their longest period is at most twice the shortest. Beats of gestures are alike in shape, but
+uneven in time, and annotators do not cut at them. The candidates of the comparison are fixed. The label does not depend on
+the window of Algorithm 3.
+
+Before anything is counted, the latest way out and back (ways.pxi) gives labels: candidates within it lie inside a repetition,
+and the best one after it ends the repetition.
 """
 
 cdef enum:
@@ -20,12 +21,12 @@ cdef double LABELLED_AFTER = 1.5 - 1e-06  # s; a little less, for the rounding o
 # s; the first repetitions of a take are counted 3 to 8 s after it began. Labelled recordings of exercises (UI-PRMD): final
 # F1 0.804 instead of 0.781, other sets within 0.003.
 cdef double LABELLED_LATE = 12.0 - 1e-06
-# s, a longer period has no labels: half of it is more than the 3 s that a key frame waits, so what it would be compared
-# with is still to come.
+# s; a longer period has no labels. Half of it exceeds the 3 s that a key frame waits, and some candidates of the comparison
+# are still to come.
 cdef double LONGEST_PERIOD = 6.0
 cdef double LONGEST_IN_OWN_TIME = 20.0  # τ; with `tempo` longer periods of slow performers have labels, too
-cdef double NEAREST_END = 0.75  # periods between two repetitions' ends, at least
-cdef double OFF_BOUND = 5.0  # log odds a period, of the time from where one repetition ends and the next begins
+cdef double NEAREST_END = 0.75  # least periods between the ends of two repetitions
+cdef double OFF_BOUND = 5.0  # log odds per period of distance from a boundary between two repetitions
 cdef enum:
     UNLABELLED = 0  # labels: no repetition, end of one, inside one
     ENDS = 1
@@ -40,7 +41,7 @@ cdef struct Labels:
 cdef struct Note:
     double time  # s, of Algorithm 2's frame
     double reported  # s, reported time
-    double cost  # how unlike the end of a repetition it is
+    double cost  # low for the likely end of a repetition
 
 
 cdef struct NoteSpan:
@@ -48,12 +49,12 @@ cdef struct NoteSpan:
     int64_t count
 
 
-cdef struct RepetitionLabels:  # What is needed to label candidates, as the functions below need it.
+cdef struct RepetitionLabels:  # The inputs of the functions below.
     Labels* state  # LABELS
     NoteSpan notes  # (NOTED_CANDIDATES or NOTED_LATE,) NOTE, ring
     Periods* periods  # (1,) PERIODS of the performer's repetitions
     double longest  # s, period with labels
-    Ways* ways  # the performer's; NULL where they are not believed
+    Ways* ways  # the performer's; NULL if labels do not use them
 
 
 cdef void start_labels(Labels* state) noexcept nogil:
@@ -89,7 +90,7 @@ cdef inline void note_candidate(
 
 
 cdef inline double due_label(RepetitionLabels* labels, double delay) noexcept nogil:
-    """Return when the next candidate must be judged, s; inf if none waits."""
+    """Return the time at which the next candidate must be judged, s; inf if none waits."""
     cdef Labels* state
     state = labels.state
     if state.labelled == state.candidates:
@@ -131,7 +132,7 @@ cdef int64_t label_candidate(RepetitionLabels* labels) noexcept nogil:
 
 
 cdef int64_t _label_by_way(RepetitionLabels* labels, int64_t number) noexcept nogil:
-    """Return the label of a candidate that the latest way out and back gives it."""
+    """Return the label of a candidate by the latest way out and back."""
     cdef Labels* state = labels.state
     cdef Note* note = &labels.notes.at[number % labels.notes.count]
     cdef Note* candidate
@@ -151,7 +152,7 @@ cdef int64_t _label_by_way(RepetitionLabels* labels, int64_t number) noexcept no
 
 
 cdef double _period_at(Periods* periods, double time) noexcept nogil:
-    """Return the period of the even bout that a time lies in, or goes on to, s; 0 if it lies in none."""
+    """Return the period of the even bout at a time, s, with the silence after the latest cycle; 0 outside a bout."""
     cdef double at, period, silence
     cdef int64_t place
     cdef CountedCycle* cycle
@@ -170,7 +171,7 @@ cdef double _period_at(Periods* periods, double time) noexcept nogil:
 
 
 cdef bint _repetition_labels_is_even(Periods* periods, int64_t place) noexcept nogil:
-    """Tell whether all periods of a repetition's bout are alike."""
+    """Return whether all periods of a repetition's bout are alike."""
     cdef int64_t first, last, i
     cdef double shortest, longest, period
     first = last = place
@@ -186,12 +187,12 @@ cdef bint _repetition_labels_is_even(Periods* periods, int64_t place) noexcept n
 
 
 cdef inline double _duration(CountedCycle* cycle) noexcept nogil:
-    """Return the period at a repetition, s; of the first of a bout how long it took."""
+    """Return the period at a repetition, s; for the first one of a bout its duration."""
     return cycle.ends - cycle.begins if isnan(cycle.period) else cycle.period
 
 
 cdef double _off_bound(Periods* periods, double time) noexcept nogil:
-    """Return how far a time is from where a repetition begins or ends, after the last one from where one should, s."""
+    """Return the distance of a time from the nearest start or end of a repetition, s; after the last one, of an expected end."""
     cdef double at, off, period, steps
     cdef int64_t place
     cdef CountedCycle* cycle
@@ -204,13 +205,13 @@ cdef double _off_bound(Periods* periods, double time) noexcept nogil:
             steps = (at - cycle.ends) / period
             off = abs(steps - rint(steps)) * period
         off = min(off, abs(at - cycle.begins), abs(at - cycle.ends))
-        if cycle.ends < at - off:  # those before are farther away
+        if cycle.ends < at - off:  # earlier ones are farther away
             break
     return off
 
 
 cdef inline void forget_newest(RepetitionLabels* labels) noexcept nogil:
-    """Forget the newest candidate, which was taken back."""
+    """Forget the newest candidate, which was withdrawn."""
     cdef Labels* state
     state = labels.state
     state.candidates -= 1

@@ -1,4 +1,4 @@
-"""Scales: how far, how fast and around which pose a performer moves, so that evidence needs no unit and no tempo.
+"""Scales: extent, speed and rest pose of a performer's movements, so that evidence needs no unit and no tempo.
 
     A  extent of the movements: rms distance of the joints from a slow mean of the pose
     V  usual speed: rms of the speed u
@@ -7,17 +7,17 @@
     H  pose in which the performer dwells: mean of the poses, each weighted by 1 / (1 + (u / 0.3 V)²)
     g  steadiness: 1 for performers who linger (u < 0.3 V) little of the time, 0 for those who linger often
 
-u is the rms over the joints of their speed over a tenth of a second. All are leaky sums, with little of a prior.
-Metres stand only in that prior.
+u is the rms over the joints of their speed over a tenth of a second. All are leaky sums with a weak prior.
+Only that prior contains metres.
 """
 
 cdef double SCALES_HALF_LIFE = 20.0  # s
 cdef double REST_POSE_HALF_LIFE = 30.0
 cdef double PRIOR_EXTENT = 0.05  # m and m/s, as if seen for one second
 cdef double PRIOR_SPEED = 0.1
-cdef double PRIOR_DWELT = 2.0  # s, for which the first pose is taken to have been held
+cdef double PRIOR_DWELT = 2.0  # s, weight of the first pose, as if held for so long
 cdef double SLOW = 0.3  # share of V below which a performer dwells
-cdef double LEAST_USUAL_SPEED = 0.0001  # m/s and m, of those who never move
+cdef double LEAST_USUAL_SPEED = 0.0001  # m/s and m, of performers who never move
 cdef double LEAST_EXTENT = 1e-05
 cdef double ORDINARY = 0.25  # s, A / V of ordinary movements
 cdef double SPEED_OFFSET = 0.1  # V, added to speeds before the logarithm
@@ -28,15 +28,15 @@ cdef double SLOWEST = 2.0
 cdef double LINGERS_LITTLE = 0.16
 cdef double LINGERS_OFTEN = 0.26
 cdef double PRIOR_LINGERED = 0.25  # s, of the one second of the prior
-cdef double STEADY_SLOWEST = 1.0  # by so much the limit SLOWEST is higher for steady performers
+cdef double STEADY_SLOWEST = 1.0  # added to the limit SLOWEST for steady performers
 cdef double LEAST_OWN_TIME = 0.08  # s, limits of τ
 cdef double MOST_OWN_TIME = 4.0
-cdef double HAND = 0.15  # m; who moves farther is not slower for it
+cdef double HAND = 0.15  # m; a larger extent does not count as slower
 
 cdef struct Scales:
     double speed  # m/s, u of the last frame
     double speed_weight  # s
-    double lingered  # s of those, in which the performer lingered
+    double lingered  # s, part of `speed_weight` in which the performer lingered
     double squared_speed  # m²/s
     double spread_weight  # s
     double spread  # m² s
@@ -74,17 +74,17 @@ cdef inline void follow_scales(Scales* scales, double squares, double dt) noexce
 
 
 cdef inline bint lingers(Scales* scales) noexcept nogil:
-    """Tell whether the performer is slow at the last frame."""
+    """Return whether the performer is slow at the last frame."""
     return scales.speed < SLOW * usual_speed(scales)
 
 
 cdef inline void follow_poses(Scales* scales, Floats body, int64_t joints, double dt) noexcept nogil:
-    """Take a pose in that stands for `dt` seconds.
+    """Add a pose that stands for `dt` seconds.
 
     Args:
         scales: SCALES.
         body: See joint_pages.pxi.
-        joints: How many can move relative to the centre.
+        joints: Number of joints that can move relative to the centre.
         dt: s.
     """
     cdef double ratio, dwelling, squares, kept
@@ -118,10 +118,10 @@ cdef inline double extent(Scales* scales) noexcept nogil:
 
 
 cdef inline double tempo_of(Scales* scales, bint own_time) noexcept nogil:
-    """Return how slow the performer is: A / V relative to ordinary, within limits.
+    """Return the slowness of the performer: A / V relative to ordinary, within limits.
 
-    With `own_time`, that of slow and steady performers counts twice. They move on where others stop, so the evidence of a change,
-    which is in seconds of the tempo, would make several key frames of one movement.
+    With `own_time`, the slowness of steady performers counts twice. They move on where others stop. The evidence of a change is
+    in seconds of the tempo and would otherwise make several key frames of one movement.
     """
     cdef double steady, tempo = extent(scales) / usual_speed(scales) / ORDINARY, slowest = SLOWEST
     if own_time and tempo > 1.0:
@@ -137,7 +137,7 @@ cdef inline double steadiness(Scales* scales) noexcept nogil:
 
 
 cdef inline double hand_time(Scales* scales) noexcept nogil:
-    """Return τ as if the movements' extent were `HAND` at most, s: how slow a performer is, however far the movements go."""
+    """Return τ with the extent limited to `HAND`, s: the slowness of a performer, regardless of the extent of the movements."""
     return min(extent(scales), HAND) / usual_speed(scales)
 
 

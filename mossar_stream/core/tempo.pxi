@@ -1,7 +1,7 @@
-"""Tempo: how slowly a performer moves, so that the level asks as much of slow people as of quick ones.
+"""Tempo: a measure of slowness, so that the level applies equally to slow and quick performers.
 
 T = sqrt(S / V): S is the squared distance of the joints from a slow mean of the pose, V their squared speed, both
-leaky sums. It is the time in which the performer covers the size of their movements. Costs are divided by T relative
+leaky sums. T is the time in which the performer covers the size of their movements. Costs are divided by T relative
 to an ordinary tempo, within limits. S follows the poses that are kept of the last seconds, V every frame.
 """
 
@@ -9,7 +9,7 @@ cdef double ORDINARY_PACE = 0.15  # s
 cdef double SLOWEST_PACE = 4.0  # limits of the factor
 cdef double QUICKEST_PACE = 0.8
 cdef double TIME_CONSTANT = 30.0  # s, of the sums
-cdef double PRIOR_TIME = 2.0  # s, for which an ordinary performer is taken to have moved before the take
+cdef double PRIOR_TIME = 2.0  # s, weight of the prior: an ordinary performer who moved before the take
 cdef double PRIOR_PACE_SPEED = 0.5  # m/s
 
 cdef struct Tempo:
@@ -23,7 +23,7 @@ cdef void start_tempo(Tempo* tempo, int64_t joints, int64_t moving, Floats body)
     Args:
         tempo: TEMPO.
         joints: J.
-        moving: How many of them can move relative to the centre.
+        moving: Number of joints that can move relative to the centre.
         body: See joint_pages.pxi.
     """
     start_mean(body, joints, MEAN_X)
@@ -32,7 +32,7 @@ cdef void start_tempo(Tempo* tempo, int64_t joints, int64_t moving, Floats body)
 
 
 cdef inline void follow_speed(Tempo* tempo, Floats body, double dt) noexcept nogil:
-    """Take the displacements of a frame in.
+    """Add the displacements of a frame.
 
     Args:
         tempo: TEMPO.
@@ -50,7 +50,7 @@ cdef inline void follow_speed(Tempo* tempo, Floats body, double dt) noexcept nog
 
 
 cdef inline void follow_pose(Tempo* tempo, Floats body, double dt) noexcept nogil:
-    """Take a pose in that stands for `dt` seconds."""
+    """Add a pose that stands for `dt` seconds."""
     cdef double squares
     squares = squared_distance(body, MEAN_X)
     follow_mean(body, MEAN_X, <float>min(dt / MEAN_TIME, 1.0))
@@ -58,7 +58,7 @@ cdef inline void follow_pose(Tempo* tempo, Floats body, double dt) noexcept nogi
 
 
 cdef inline double _kept(double dt) noexcept nogil:
-    """Return what is left of a leaky sum after some time."""
+    """Return the share of a leaky sum that is left after `dt` seconds."""
     return max(0.0, 1.0 - dt / TIME_CONSTANT)
 
 

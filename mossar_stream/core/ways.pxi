@@ -1,22 +1,22 @@
 """Ways: the latest way out of the pose in which the take began and back, if the way back retraces the way out.
 
-Such a way is a repetition, known before any can be counted. Exercises go back through the poses of the way out; punches and
-gestures do not. Performers who pick and place sometimes do, but they linger (scales.pxi). That pose is called home here. Poses
-are the samples in which repetitions are counted, without the root's own path; distances are over all joints.
+Such a way is a repetition, known before any can be counted. The pose in which the take began is called home here. Exercises go
+back through the poses of the way out; punches and gestures do not. Performers who pick and place sometimes do, but they linger
+(scales.pxi). Poses are the samples of `repetitions`, without the root's own path; distances are over all joints.
 """
 
 cdef double FAR_FROM_HOME = 0.6  # of the farthest distance so far, which a way must reach
-cdef double AT_HOME = 0.3  # of it, within which the performer is at home
-cdef double RETRACED = 0.2  # of a way's farthest distance, by which poses of the way out and back differ at most, in the mean
-cdef double GOES_ONCE = 0.9  # of what distances rise and fall on a way: twice the farthest one at least
-cdef double LEAST_STEADY = 0.4  # steadiness of performers whose ways are believed
+cdef double AT_HOME = 0.3  # of the same, within which the performer is at home
+cdef double RETRACED = 0.2  # of a way's farthest distance: largest mean difference between poses of the way out and back
+cdef double GOES_ONCE = 0.9  # of the summed rise and fall of distances on a way: twice the farthest distance must reach it
+cdef double LEAST_STEADY = 0.4  # least steadiness of a performer whose ways give labels
 cdef double LOWEST_LEVEL = 0.4  # of a way's farthest distance, where poses are compared first,
 cdef double NEXT_LEVEL = 0.2  # and how much farther out each time again
 cdef enum:
     LEVELS = 3
 
 cdef struct Ways:
-    int64_t samples  # of the take that were looked at
+    int64_t samples  # of the take that were processed
     int64_t home  # the latest of them at home
     int64_t is_out  # whether the performer was far from home since
     double farthest  # m, from home
@@ -33,17 +33,17 @@ cdef void start_ways(Ways* ways) noexcept nogil:
 
 
 cdef inline bint is_way_longer(Ways* ways, Counting* counted) noexcept nogil:
-    """Tell whether there is a new sample, and nothing is counted yet."""
+    """Return whether there is a new sample, and nothing is counted yet."""
     return counted.open != ways.samples and counted.clear == 0
 
 
 cdef void follow_ways(Ways* ways, Counting* counted, Samples* samples) noexcept nogil:
-    """Look at the newest sample.
+    """Process the newest sample.
 
     Args:
         ways: Ways.
-        counted: Of the same frames.
-        samples: Of them.
+        counted: `Counting` of the same frames.
+        samples: `Samples` of the same frames.
     """
     cdef int64_t newest = counted.open - 1
     cdef double away = _home_distance(counted, samples, newest)
@@ -61,17 +61,17 @@ cdef void follow_ways(Ways* ways, Counting* counted, Samples* samples) noexcept 
 
 
 cdef inline bint is_on_way(Ways* ways, double time) noexcept nogil:
-    """Tell whether a time, s, lies within the latest way that retraces itself."""
+    """Return whether a time, s, lies within the latest way that retraces itself."""
     return ways.begins + MARGIN < time < ways.ends - MARGIN
 
 
 cdef inline bint is_after_way(Ways* ways, double time) noexcept nogil:
-    """Tell whether a time, s, lies between that way and the next one, but no longer after it than it lasted."""
+    """Return whether a time, s, lies between that way and the next one, and no longer after that way than it lasted."""
     return ways.ends - MARGIN <= time < min(ways.leaves, 2.0 * ways.ends - ways.begins) - MARGIN
 
 
 cdef bint _retraces(Counting* counted, Samples* samples, int64_t begin, int64_t end) noexcept nogil:
-    """Tell whether a way from one sample to another goes out once, and back through the same poses."""
+    """Return whether a way from one sample to another goes out once, and back through the same poses."""
     cdef double away[SAMPLES]
     cdef double farthest = 0.0, gone = 0.0, apart = 0.0, level
     cdef int64_t i, q, out, back, last = end - begin
@@ -95,7 +95,7 @@ cdef bint _retraces(Counting* counted, Samples* samples, int64_t begin, int64_t 
 
 
 cdef double _home_distance(Counting* counted, Samples* samples, int64_t number) noexcept nogil:
-    """Return how far a sample of the take is from the pose in which it began, m."""
+    """Return the distance of a sample from the pose in which the take began, m."""
     cdef double total = 0.0
     cdef int64_t j, k, at = number % SAMPLES
     for j in range(counted.joints):
@@ -106,7 +106,7 @@ cdef double _home_distance(Counting* counted, Samples* samples, int64_t number) 
 
 
 cdef double _sample_distance(Counting* counted, Samples* samples, int64_t one, int64_t other) noexcept nogil:
-    """Return how far two samples of the take are apart, m."""
+    """Return the distance of two samples of the take, m."""
     cdef double total = 0.0
     cdef int64_t j, k
     cdef int16_t* line

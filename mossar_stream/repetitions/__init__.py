@@ -1,5 +1,6 @@
-"""Repetitions: how often a movement was repeated, how fast, and where in the cycle it is.
+"""Repetitions: their number and period, and the phase of the performer in the cycle.
 
-Causal and without classes. Poses become samples at a constant rate; the leading components of the posture over the
-last seconds show cycles; neighbours that are alike are counted, and later evidence may revise what was counted.
+The count is causal and needs no trained classes. A pose becomes a sample when it has moved far enough from the last one.
+The leading components of the posture over the latest samples show cycles. Neighbouring cycles that are alike are counted,
+and later evidence may revise the count.
 """

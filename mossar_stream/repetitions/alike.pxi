@@ -1,8 +1,8 @@
-"""Cycles between turning points, and which of them are alike.
+"""Cycles between turning points, and the agreement between them.
 
 A cycle goes from one extreme to the other and back. Its description is the posture at the three extremes and where it
-passes a quarter, half and three quarters of the way, out and back: pauses and pace do not matter. Cycles count in runs
-of neighbours whose descriptions agree; the agreement of all pairs of a run must add up to enough.
+passes a quarter, half and three quarters of the way, out and back. Pauses and pace do not change it. Cycles count in runs
+of neighbours whose descriptions agree. The agreements of all pairs of a run must reach a sum.
 """
 
 cdef enum:
@@ -11,10 +11,10 @@ cdef double LONGEST_RATIO = 2.0  # of the durations of neighbours
 cdef double LEAST_AMPLITUDE_RATIO = 0.6
 cdef double LEAST_AGREEMENT = 0.26  # of two neighbours
 cdef double ENOUGH_AGREEMENT = 0.79  # of a run's pairs together
-cdef double STRONG = 0.93  # one such pair makes clear that this is a repeated movement,
-cdef double SAME_POSTURE = 0.3  # of the way between the extremes, by which postures differ that are the same
-cdef double LONGEST_STOP = 0.5  # cycles, within what goes on
-cdef double MUCH = 1.5  # or as much of a run's pairs together
+cdef double STRONG = 0.93  # agreement of one pair that makes clear that a movement repeats
+cdef double SAME_POSTURE = 0.3  # of the way between the extremes, most by which poses of the same posture differ
+cdef double LONGEST_STOP = 0.5  # cycles, within a movement that goes on
+cdef double MUCH = 1.5  # agreement of a run's pairs together that makes the same clear
 
 
 cdef int64_t cycles_between(Int32Rows turns, int64_t found, int64_t direction, bint first, Int32Rows cycles) noexcept nogil:
@@ -22,13 +22,13 @@ cdef int64_t cycles_between(Int32Rows turns, int64_t found, int64_t direction, b
 
     Args:
         turns: See `turning_points`.
-        found: How many there are.
+        found: Number of turning points.
         direction: 1 to begin at maxima, -1 at minima.
-        first: Whether the window's first sample is the take's: otherwise an extreme there is only where it was cut.
+        first: Whether the window begins with the take. If not, an extreme at its first sample is only an edge of the window.
         cycles: (3, SAMPLES), out: start, far extreme, end.
 
     Returns:
-        How many there are.
+        Number of cycles.
     """
     cdef int64_t at, count, k
     at = 0
@@ -46,7 +46,7 @@ cdef int64_t cycles_between(Int32Rows turns, int64_t found, int64_t direction, b
 
 
 cdef double crossing(Floats scores, int64_t start, int64_t end, double share) noexcept nogil:
-    """Return where a component passes a share of the way between two samples, between samples."""
+    """Return the place where a component passes a share of the way between two samples, interpolated."""
     cdef float goal, sign
     cdef int64_t step, i
     goal = scores.at[start] + <float>share * (scores.at[end] - scores.at[start])
@@ -64,13 +64,13 @@ ctypedef float (*Shape)[COMPONENTS]  # (POSTURES, COMPONENTS), the description o
 
 
 cdef void describe(Samples* samples, int64_t component, Int32Rows cycles, int64_t i, Shape shape) noexcept nogil:
-    """Write the postures by which a cycle is compared.
+    """Write the description of a cycle.
 
     Args:
         samples: `Samples`.
-        component: The one whose turning points these are.
+        component: The component that has the turning points.
         cycles: (3, SAMPLES) start, far extreme, end.
-        i: Which cycle.
+        i: Number of the cycle.
         shape: Out.
     """
     cdef FloatRows smooth
@@ -103,7 +103,7 @@ cdef void describe(Samples* samples, int64_t component, Int32Rows cycles, int64_
 cdef void _write_between(
     FloatRows smooth, int64_t component, (int64_t, int64_t) between, float goal, float* posture
 ) noexcept nogil:
-    """Write the posture where a component has a value between two neighbours."""
+    """Write the posture at which a component has a value, interpolated between two neighbours."""
     cdef float rest
     cdef int64_t k, one, other
     cdef float* scores
@@ -118,7 +118,7 @@ cdef void _write_between(
 
 
 cdef double agreement(CountingScratch* described, int64_t i, int64_t j) noexcept nogil:
-    """Return how alike two descriptions are: 1 the same, 0 no more than by chance.
+    """Return the agreement of two descriptions: 1 if they are the same, 0 if they agree only by chance.
 
     With a and b the descriptions and m their mean, this is 1 - |a - b|² / (|a - m|² + |b - m|²).
     """
@@ -136,15 +136,16 @@ cdef double agreement(CountingScratch* described, int64_t i, int64_t j) noexcept
 
 
 cdef double _lasted(Counting* header, int64_t n, Int32Rows cycles, int64_t i) noexcept nogil:
-    """Return how long a cycle lasted, s, without the stay in its first and last posture."""
+    """Return the duration of a cycle, s, without the stay in its first and last posture."""
     cdef int32_t start = cycles.at[i], end = cycles.at[2 * cycles.columns + i]
     return header.at[ring_place(header, n, end)] - header.left[ring_place(header, n, start)]
 
 
 cdef bint _pair(Counting* header, int64_t n, Floats scores, Int32Rows cycles, int64_t i) noexcept nogil:
-    """Return whether durations and amplitudes of a cycle and the next are near enough.
+    """Return whether a cycle and the next have similar durations and amplitudes.
 
-    Pauses make a cycle longer in time, and joints that the sensor misplaces make it longer in samples. One of both must be near.
+    Pauses make a cycle longer in time, and joints that the sensor misplaces make it longer in samples. The durations must be
+    similar in time or in samples.
     """
     cdef int64_t one, other
     cdef double a, b
@@ -174,9 +175,9 @@ cdef void describe_all(
 
     Args:
         samples: `Samples`.
-        component: The one whose turning points these are.
+        component: The component that has the turning points.
         cycles: (3, SAMPLES).
-        count: How many there are.
+        count: Number of cycles.
         described: `CountingScratch`, out.
     """
     cdef int64_t i, q, k
@@ -196,7 +197,7 @@ cdef void describe_all(
 
 
 cdef double alternation(Int32Rows cycles, int64_t count, CountingScratch* described) noexcept nogil:
-    """Return how much better cycles agree with the next but one than with the next: those are halves of cycles."""
+    """Return how much better cycles agree with the next but one than with the next; halves of cycles give a high value."""
     cdef double* alike
     cdef int64_t i, triples
     cdef double better
@@ -218,7 +219,7 @@ cdef void copy_cycles(Int32Rows cycles, int64_t count, Int32Rows goal) noexcept 
 
 
 cdef int64_t join_pairs(Floats scores, Int32Rows cycles, int64_t count, int64_t first, Int32Rows joined) noexcept nogil:
-    """Write cycles joined two by two from one of them on; return how many there are."""
+    """Write cycles joined two by two from number `first` on; return the number of joined cycles."""
     cdef int64_t made, i
     cdef bint farther
     cdef int32_t start, one, other
@@ -244,13 +245,13 @@ cdef (int64_t, double, bint) keep_alike(
     Args:
         header: `Counting`.
         n: Samples in the window.
-        scores: Of the component whose turning points these are.
+        scores: Of the component that has the turning points.
         cycles: (3, SAMPLES), in and out.
-        count: How many there are.
+        count: Number of cycles.
         alike: Agreement of each with the next.
 
     Returns:
-        How many are left, the samples that they cover, weighted by their agreement, and whether it is clear that
+        The number of cycles kept, the samples that they cover, weighted by their agreement, and whether it is clear that
         a movement repeats.
     """
     cdef int64_t kept, i, j, q, k
@@ -277,7 +278,7 @@ cdef (int64_t, double, bint) keep_alike(
 
 
 cdef int64_t duration(Int32Rows cycles, int64_t count) noexcept nogil:
-    """Return how many samples cycles last together."""
+    """Return the sum of the durations of cycles, samples."""
     cdef int64_t total, i
     total = 0
     for i in range(count):
@@ -286,7 +287,7 @@ cdef int64_t duration(Int32Rows cycles, int64_t count) noexcept nogil:
 
 
 cdef double recurring(FloatRows scores, Int32Rows cycles, int64_t count) noexcept nogil:
-    """Return the correlation of the posture with that one mean cycle later, from -1 to 1, between first and last cycle."""
+    """Return the correlation of the posture with the posture one mean cycle later, from -1 to 1, over all cycles."""
     cdef int64_t lag, k, n, i
     cdef int32_t begin
     cdef double product, one, other
@@ -316,7 +317,7 @@ cdef double recurring(FloatRows scores, Int32Rows cycles, int64_t count) noexcep
 cdef (double, int64_t) goes_on(
     Counting* header, int64_t n, FloatRows smooth, int32_t* cycle, int64_t step, int64_t last
 ) noexcept nogil:
-    """Return how much of a cycle is shown beyond its end (step 1), or before its begin (-1), and up to which sample.
+    """Return the share of one more cycle after the end of a cycle (step 1) or before its start (-1), and its last sample.
 
     Args:
         header: `Counting`.
@@ -324,7 +325,7 @@ cdef (double, int64_t) goes_on(
         smooth: (COMPONENTS, n) scores.
         cycle: (3,) start, far extreme, end.
         step: 1 or -1.
-        last: Sample beyond which it is not looked for.
+        last: Last sample to examine.
     """
     cdef int32_t begun, start, far, end, goal
     cdef int64_t there, here, q, one, other, best, place
@@ -357,7 +358,7 @@ cdef (double, int64_t) goes_on(
 
 
 cdef float distance(FloatRows smooth, int64_t i, int64_t j) noexcept nogil:
-    """Return how far two samples of the window are apart, m over all joints."""
+    """Return the distance of two samples of the window, m over all joints."""
     cdef float total
     cdef int64_t k
     total = <float>0.0
@@ -369,7 +370,7 @@ cdef float distance(FloatRows smooth, int64_t i, int64_t j) noexcept nogil:
 cdef (double, double) dwelling_of(
     Counting* header, int64_t n, Floats scores, int32_t start, int32_t far, int32_t end
 ) noexcept nogil:
-    """Return how long a cycle is in the quarter where it begins, and in that of its other extreme, s."""
+    """Return the time that a cycle spends in the quarter where it begins, and in that of its other extreme, s."""
     cdef float sign, near, away, begin, top
     cdef int32_t q
     cdef double dwelling, distant, lasted
@@ -386,7 +387,7 @@ cdef (double, double) dwelling_of(
 
 
 cdef double rest_pose_nearness(Samples* samples, Int32Rows cycles, int64_t count) noexcept nogil:
-    """Return how much nearer to the rest pose cycles begin than at their other extreme, from -1 to 1."""
+    """Return how much nearer the starts of cycles are to the rest pose than their other extremes, from -1 to 1."""
     cdef int64_t i
     cdef double begin, far
     cdef float near, distant
@@ -398,7 +399,7 @@ cdef double rest_pose_nearness(Samples* samples, Int32Rows cycles, int64_t count
 
 
 cdef (float, float) rest_pose_distances(Samples* samples, int32_t start, int32_t far) noexcept nogil:
-    """Return how far from the rest pose two samples are, m over all joints."""
+    """Return the distances of two samples from the rest pose, m over all joints."""
     cdef float one, other
     cdef int64_t k
     one = other = <float>0.0

@@ -1,26 +1,26 @@
-"""Where repetitions begin: at which of the two extremes of a cycle.
+"""Anchoring: the choice of the extreme of a cycle at which repetitions begin.
 
-A rest says where: the extreme where the movement dwells, that is nearer to the pose in which the take began, and where
-limbs are straighter and upright (standing, hanging, arms down: what costs least effort), as people who label recordings
-see it, too. What speaks for either is summed over all cycles of a chain, whose neighbours follow without a seam, and
-decided for all of them: also for those that were reported before.
+Repetitions begin at a rest. It is the extreme where the movement dwells, which is nearer to the pose in which the take
+began, and where limbs are straighter and upright: standing, hanging, arms down, the poses of least effort. Annotators of
+recordings choose it, too. The evidence is summed over all cycles of a chain, in which neighbours follow without a seam.
+The decision holds for the whole chain, with the cycles that were reported before.
 """
 
-cdef double DWELL = 0.3  # how much speaks for an extreme where the movement dwells, and that is nearer to the rest pose
-cdef double BOUT_NEAR_REST_POSE = 0.7
-cdef double STRAIGHTER = 0.16  # of the length of limbs: more hardly speaks louder
-cdef double LEAN = 0.15  # for leaving it as it is
+cdef double DWELL = 0.3  # weight of the extreme where the movement dwells,
+cdef double BOUT_NEAR_REST_POSE = 0.7  # and of the one nearer to the rest pose
+cdef double STRAIGHTER = 0.16  # of the length of limbs, where the evidence begins to saturate
+cdef double LEAN = 0.15  # hysteresis: weight of the present choice
 cdef double LONGEST_PAUSE = 1.5  # cycles, within a bout
-cdef double SEAM = 0.25  # of a cycle, by which neighbours of a chain may overlap or be apart: more shows that one was found anew
+cdef double SEAM = 0.25  # of a cycle, gap or overlap from which on two neighbours belong to different chains
 
 
 cdef void weigh(Counting* header, Samples* samples, int64_t component, int32_t* cycle, Cycle* row) noexcept nogil:
-    """Note what speaks for the begin of a cycle against its other extreme.
+    """Note the evidence for the start of a cycle against its other extreme.
 
     Args:
         header: `Counting`.
         samples: `Samples`.
-        component: The one whose turning points these are.
+        component: The component that has the turning points.
         cycle: (3,) start, far extreme, end.
         row: `Cycle`, in and out.
     """
@@ -39,7 +39,7 @@ cdef void weigh(Counting* header, Samples* samples, int64_t component, int32_t* 
 
 
 cdef double straightening(Counting* header, Samples* samples, Int32Rows cycles, int64_t count) noexcept nogil:
-    """Return how much straighter and more upright limbs are where cycles begin than at their other extreme, from -1 to 1."""
+    """Return how much straighter and more upright limbs are at the starts of cycles than at the other extremes, from -1 to 1."""
     cdef double total
     cdef int64_t i
     total = 0.0
@@ -52,7 +52,7 @@ cdef double straightening(Counting* header, Samples* samples, Int32Rows cycles, 
 
 
 cdef double _anchoring_straightness(Counting* header, Samples* samples, int32_t i) noexcept nogil:
-    """Return the mean over a sample of the window and its neighbours."""
+    """Return the mean straightness of a sample of the window and its neighbours."""
     cdef int64_t n, q, count
     cdef double total
     n = window_size(header)
@@ -64,7 +64,7 @@ cdef double _anchoring_straightness(Counting* header, Samples* samples, int32_t 
 
 
 cdef void turn_chains(Counting* header) noexcept nogil:
-    """Decide for each chain of cycles at which extreme they begin; `changed` tells of the first that this changes."""
+    """Choose the extreme at which the cycles of each chain begin; `changed` becomes the first cycle that this changes."""
     cdef int64_t first, count, q, last
     cdef double lean, straighter, resting
     cdef bint turned

@@ -1,26 +1,26 @@
-"""Leading principal components of the posture over the window, by two power iterations an analysis.
+"""Leading principal components of the posture over the window, by two power iterations per analysis.
 
-The window changes little between two analyses, so that two steps of the subspace iteration from the axes of the last analysis
-are enough; the first analysis of a movement makes a few.
+The window changes little between two analyses. Two steps of the subspace iteration from the axes of the last analysis are
+enough; the first analysis of a movement makes four.
 """
 
 cdef double SWING_ABOVE_NOISE = 2.56 * 1.1  # times the standard deviation of normal noise, with a margin
 cdef enum:
     LAST = COMPONENTS - 1
 cdef double SHARE = 0.3  # of the standard deviation of the movement, between samples
-cdef double LEAST_SWING = 0.03  # of the size of the body, rms over joints: who stands may sway as far
+cdef double LEAST_SWING = 0.03  # of the size of the body, rms over joints: a standing performer may sway as far
 
 
 cdef int64_t find_components(Counting* header, Samples* samples, CountingScratch* scratch) noexcept nogil:
-    """Set axes and scores, in the order of time, for the samples in the window, and how far they must swing.
+    """Set axes, scores in the order of time, and the least swing of a cycle, for the samples in the window.
 
     Args:
         header: `Counting`.
-        samples: `Samples`; axes of the last analysis are where to begin.
+        samples: `Samples`; the iteration begins with the axes of the last analysis.
         scratch: `CountingScratch`.
 
     Returns:
-        How many samples there are.
+        Number of samples in the window.
     """
     cdef int64_t n, oldest, _, fine
     cdef bint lost
@@ -42,7 +42,7 @@ cdef int64_t find_components(Counting* header, Samples* samples, CountingScratch
 
 
 cdef void _lay_out(Counting* header, Samples* samples, int64_t n, int64_t oldest) noexcept nogil:
-    """Set the coordinates of the window in the order of time, m, and 0 from there on."""
+    """Set the coordinates of the window in the order of time, m, and the rest of each row to 0."""
     cdef int64_t k, c, until, i
     cdef float quantum
     cdef Floats rest, row, path
@@ -76,7 +76,7 @@ cdef inline void _components_copy(Floats goal, Floats numbers) noexcept nogil:
 
 
 cdef double _spread(Samples* samples, int64_t begin, int64_t n) noexcept nogil:
-    """Return the variance of the scores from a sample on, added up, m²."""
+    """Return the sum of the variances of the scores from a sample on, m²."""
     cdef int64_t k, count, i
     cdef double total
     cdef Floats row
@@ -94,10 +94,10 @@ cdef double _spread(Samples* samples, int64_t begin, int64_t n) noexcept nogil:
 
 
 cdef double _noise_swing(Counting* header, Samples* samples, int64_t n) noexcept nogil:
-    """Return how far the scores of noise alone may swing, from the 10th to the 90th percentile.
+    """Return the widest swing of the scores of noise alone, from the 10th to the 90th percentile.
 
-    Half of what is known of it is the root's, which is in all J joints alike, and gives its components J times the
-    variance of a coordinate's noise; n samples of D coordinates show D / n more.
+    Half of the noise is the root's. It is the same in all J joints and gives its components J times the variance of a
+    coordinate's noise. An estimate from n samples of D coordinates adds D / n.
     """
     cdef int64_t size
     cdef double variance
@@ -107,10 +107,12 @@ cdef double _noise_swing(Counting* header, Samples* samples, int64_t n) noexcept
 
 
 cdef bint _begin_axes(Samples* samples, int64_t n) noexcept nogil:
-    """Let axes that are zero, as before a take and while nobody moves, begin with the departures at four times.
+    """Set axes that are zero to the departures from the first sample at four times.
+
+    Axes are zero at the start of a take and while the performer stands still.
 
     Returns:
-        Whether the first was among them.
+        Whether the first axis was zero.
     """
     cdef int64_t begun, k, i, j
     begun = -1
@@ -129,7 +131,7 @@ cdef bint _begin_axes(Samples* samples, int64_t n) noexcept nogil:
 
 
 cdef bint _is_zero(Floats axis) noexcept nogil:
-    """Return whether nothing is left of an axis; otherwise its first numbers tell."""
+    """Return whether an axis is zero; the loop ends at the first number that is not."""
     cdef int64_t j
     j = 0
     while j < axis.count and axis.at[j] == 0:
@@ -165,7 +167,7 @@ cdef void _project(Samples* samples, int64_t n) noexcept nogil:
 
 
 cdef void _project_rest_pose(Samples* samples) noexcept nogil:
-    """Add to the scores of a pose of zeros what makes them those of the pose `rest_pose`."""
+    """Turn the scores of a pose of zeros into the scores of the pose `rest_pose`."""
     cdef int64_t j
     cdef FloatRows axes
     cdef Floats rest, scores
@@ -192,9 +194,10 @@ cdef void _turn_axes(Samples* samples, int64_t n) noexcept nogil:
 
 
 cdef void _orthonormalise(FloatRows axes) noexcept nogil:
-    """Gram and Schmidt; an axis of which nothing is left becomes zero.
+    """Orthonormalise the axes by Gram and Schmidt; an axis that depends on those before it becomes zero.
 
-    Each axis is taken out of all that follow before the next one is: their products are independent sums.
+    The projection on an axis is subtracted from all later axes before the next one is scaled; their products are
+    independent sums.
     """
     cdef int64_t size, k, j
     cdef float scale, a, b, c, square
@@ -208,7 +211,7 @@ cdef void _orthonormalise(FloatRows axes) noexcept nogil:
         scale = <float>0.0 if square < <float>1e-12 else <float>1.0 / sqrtf(square)
         for j in range(size):
             axis.at[j] *= scale
-        # The last ones again where there are fewer than three: a sum more costs nothing.
+        # With fewer than three later axes the last one is taken again: one more sum costs nothing.
         one = row_of_floats(axes, min(k + 1, LAST))
         two = row_of_floats(axes, min(k + 2, LAST))
         three = row_of_floats(axes, LAST)
@@ -236,7 +239,7 @@ cdef void smooth_scores(Samples* samples, int64_t n, int64_t width) noexcept nog
 
     Args:
         samples: `Samples`.
-        n: How many there are, at least `width`.
+        n: Number of samples, at least `width`.
         width: Samples, odd.
     """
     cdef int64_t half, k, i, apart

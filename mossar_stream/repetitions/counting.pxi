@@ -1,44 +1,44 @@
-"""Counting: an analysis of the window every second, and what it changes of what was counted before.
+"""Counting: an analysis of the window every second, and the changes that it makes to the counted cycles.
 
-Each of the leading components, begun at its maxima or at its minima, proposes cycles. The proposal that covers most of
+Each of the leading components proposes cycles that begin at its maxima or at its minima. The proposal that covers most of
 the window with cycles that are alike wins, with a bonus for beginning where cycles were counted before. It replaces
-what was counted in the last part of the window; what is older stands.
+the counted cycles in the last part of the window; older ones stay.
 """
 
 cdef enum:
-    PROPOSING = 3  # components, and of those how many smoothed, too
-    SMOOTHED_PROPOSING = 2
+    PROPOSING = 3  # components,
+    SMOOTHED_PROPOSING = 2  # and those of them that also propose smoothed
 cdef double OPEN_TO_CHANGE = 0.5  # of the window
 cdef double NEAR_REST_POSE = 0.4  # for beginning nearer to how the take began
-cdef double HALVES = 0.29  # how much better every second cycle agrees if cycles are halves
+cdef double HALVES = 0.29  # threshold of `alternation` from which on cycles are halves
 cdef double BONUS = 0.34  # for beginning where cycles were counted before
 cdef double UPRIGHT = 0.6  # for beginning where limbs are straighter and upright
-cdef double RECURRING = 1.0  # for a whole posture that recurs one cycle later: halves of cycles have it less
+cdef double RECURRING = 1.0  # for a whole posture that recurs one cycle later: that of halves of cycles recurs less
 cdef double MOST_PREFERRED = (1.0 + BONUS) * (1.0 + NEAR_REST_POSE) * (1.0 + UPRIGHT) * (1.0 + RECURRING)
-cdef double MUCH_LESS = 0.6  # of the range of the window, which the last `RECENT` samples swing if they followed another posture
+cdef double MUCH_LESS = 0.6  # of the range of the window: if the last `RECENT` samples swing less, another posture came first
 cdef double NEAR_BOUNDARY = 0.15  # of a cycle
-cdef double OVERLAP = 0.45  # of the shorter of two cycles, by which they may overlap
-cdef double LEAST_LEAD = 0.2  # of a cycle, that is shown before the first one,
-cdef double WHOLE = 0.75  # and with what is shown after the last one makes up one more
-cdef double LEAST_GAP = 0.76  # cycles, that were missed if the movement went on
+cdef double OVERLAP = 0.45  # of the shorter of two cycles, their longest overlap
+cdef double LEAST_LEAD = 0.2  # of a cycle, least part before the first cycle of a bout;
+cdef double WHOLE = 0.75  # with the part after the last cycle it makes one more repetition from this share on
+cdef double LEAST_GAP = 0.76  # cycles; a gap within these limits holds missed cycles if the movement went on
 cdef double LONGEST_GAP = 2.1
 cdef double SWING_GOES_ON = 0.54  # of a swing
 cdef enum:
     DOUBTFUL = 5  # windows, for which unreported cycles are kept
-cdef double LEAST_WIDTHS = 3.0  # that a cycle lasts: of shorter ones, smoothing leaves too little
+cdef double LEAST_WIDTHS = 3.0  # least mean duration of cycles, in widths of the smoothing: it flattens shorter ones
 cdef double SHARE_POWER = 0.32  # power of the share of the movement that a component has
 
 
 cdef bint analyse_repetitions(uint8_t* state, uint8_t* store, double time) noexcept nogil:
-    """Analyse the window as often as is due before a frame.
+    """Analyse the window if an analysis is due before a frame.
 
     Args:
-        state: Bytes of what is counted: `Counting`, `Periods` and the samples, see `periods_at` and `samples_at`.
+        state: Bytes of the count: `Counting`, `Periods` and the samples, see `periods_at` and `samples_at`.
         store: Bytes in which an analysis works, see `store_size`.
-        time: s, of the frame; inf to analyse what there is, once.
+        time: s, of the frame; inf to analyse all samples once.
 
     Returns:
-        Whether that changed what is counted.
+        Whether the analysis changed the count.
     """
     cdef Counting* header = <Counting*>state
     cdef CountingScratch* scratch = <CountingScratch*>store
@@ -57,7 +57,7 @@ cdef bint analyse_repetitions(uint8_t* state, uint8_t* store, double time) noexc
 
 
 cdef bint _analyse_once(Counting* header, Samples* samples, CountingScratch* scratch) noexcept nogil:
-    """Analyse the window and renew what is counted in it; return whether anything changed."""
+    """Analyse the window and renew the cycles counted in it; return whether anything changed."""
     cdef int64_t n, was_clear
     cdef Winner* winner
     cdef bint changed
@@ -95,7 +95,7 @@ cdef void _forget_doubtful(Counting* header) noexcept nogil:
 
 
 cdef void _choose_proposal(Counting* header, Samples* samples, int64_t n, CountingScratch* scratch) noexcept nogil:
-    """Set the proposal that wins, and its cycles; the smoothed scores are those in which it was found."""
+    """Set the winning proposal and its cycles, and the smoothed scores in which it was found."""
     cdef Winner* winner
     cdef double spread, share, before
     cdef int64_t attempt, k, width
@@ -105,7 +105,7 @@ cdef void _choose_proposal(Counting* header, Samples* samples, int64_t n, Counti
     for k in range(COMPONENTS):
         spread += _square(row_of_floats(samples.scores, k), n)
     for attempt in range(3):
-        width = (2 << attempt) - 1  # 1, 3, 7 samples over which scores are smoothed: what is uneven within a cycle is not its end
+        width = (2 << attempt) - 1  # 1, 3, 7 samples of smoothing: it removes extremes within uneven cycles
         smooth_scores(samples, n, width)
         for k in range(PROPOSING if width == 1 else SMOOTHED_PROPOSING):
             share = pow(_square(row_of_floats(samples.smooth, k), n) / spread, SHARE_POWER)
@@ -122,12 +122,14 @@ cdef void _choose_proposal(Counting* header, Samples* samples, int64_t n, Counti
 cdef void _propose(
     Counting* header, Samples* samples, (int64_t, int64_t, int64_t, double) what, CountingScratch* scratch
 ) noexcept nogil:
-    """Let cycles of one component win if they cover more: with the hysteresis for the window, and for its last part.
+    """Propose the cycles of one component, with the hysteresis for the window and with that for its last part.
+
+    The proposal wins if it covers more than the winner so far.
 
     Args:
         header: `Counting`.
         samples: `Samples`.
-        what: How many samples there are, the component, over how many it is smoothed, its share of the movement.
+        what: Number of samples, the component, the width of its smoothing in samples, its share of the movement.
         scratch: `CountingScratch`.
     """
     cdef int64_t half, n, k, begin
@@ -136,7 +138,7 @@ cdef void _propose(
     n, k = what[0], what[1]
     scores = row_of_floats(samples.smooth, k)
     whole = <float>0.0
-    # One call for both: code that is read once a second takes longer to fetch than to run.
+    # One call serves both: code that runs once a second takes longer to fetch than to run.
     for half in range(2 if n > RECENT else 1):
         begin = half * (n - RECENT)
         swing = swing_range(part_of_floats(scores, begin, n), n - begin, ints32(scratch.counts, BINS))
@@ -152,7 +154,7 @@ cdef void _propose(
 cdef void _propose_turns(
     Counting* header, Samples* samples, (int64_t, int64_t, int64_t, double) what, CountingScratch* scratch, float least
 ) noexcept nogil:
-    """Let cycles between turning points, begun at maxima and at minima, win if they cover more.
+    """Propose the cycles between turning points that begin at maxima, and those that begin at minima.
 
     Args:
         header: `Counting`.
@@ -195,7 +197,7 @@ cdef void _propose_turns(
                 continue
             covered *= share
             if covered * MOST_PREFERRED <= winner.covered:
-                continue  # it cannot win, and saying how preferred it is takes long
+                continue  # it cannot win, and its preference takes long to compute
             covered *= _preference(header, samples, n, kept, left)
             if covered > winner.covered:
                 winner.covered, winner.count, winner.component, winner.clear = covered, left, k, <int64_t>clear
@@ -205,7 +207,8 @@ cdef void _propose_turns(
 cdef double _preference(Counting* header, Samples* samples, int64_t n, Int32Rows cycles, int64_t count) noexcept nogil:
     """Return the weight of a proposal.
 
-    It recurs, begins where cycles began before, where limbs are straight and upright, and at home.
+    It grows with the share of cycles that begin where cycles were counted before, and with the recurrence of the posture. It also
+    grows with the straightness of limbs and the nearness of the rest pose at the starts of cycles.
     """
     cdef double weight
     weight = 1.0 + BONUS * _agreeing(header, n, cycles, count)
@@ -224,7 +227,7 @@ cdef double _square(Floats row, int64_t n) noexcept nogil:
 
 
 cdef double _agreeing(Counting* header, int64_t n, Int32Rows cycles, int64_t count) noexcept nogil:
-    """Return the share of proposed cycles that begin where one was counted before."""
+    """Return the share of proposed cycles that begin where a cycle was counted before."""
     cdef int64_t hits, oldest, i, q, apart
     cdef double slack
     if count == 0:
@@ -281,7 +284,7 @@ cdef bint _renew(Counting* header, Samples* samples, int64_t n, CountingScratch*
                 proposed[1] = (proposed[0] + proposed[2]) // 2
             before = _counting_write(header, samples, component, proposed, oldest, before)
             row = &header.cycle[header.cycles - 1]
-            if q < missed:  # what was not alike does not say when it is half way
+            if q < missed:  # a missed cycle was not alike: its half ways are unknown
                 row.out = 0.75 * row.leaves + 0.25 * row.arrives
                 row.back = 0.25 * row.leaves + 0.75 * row.arrives
                 row.straighter = row.resting = 0.0
@@ -301,16 +304,16 @@ cdef bint _renew(Counting* header, Samples* samples, int64_t n, CountingScratch*
 cdef int64_t _counting_go_on(
     Counting* header, Samples* samples, (int64_t, int64_t, int64_t, int64_t) what, int32_t* cycle, int64_t before
 ) noexcept nogil:
-    """Append one repetition more if what was shown before the first cycle and after the last make up one.
+    """Append one more repetition if the parts before the first cycle and after the last one make up a cycle.
 
     Cycles begin at an extreme, movements need not.
 
     Args:
         header: `Counting`.
         samples: `Samples`.
-        what: How many samples there are, the number of the oldest, the component, the sample up to which to look.
+        what: Number of samples, the number of the oldest, the component, the last sample to examine.
         cycle: (3,) start, far extreme, end of the last cycle.
-        before: How many cycles there were before the analysis.
+        before: Number of cycles before the analysis.
     """
     cdef double lead, shown, straighter, resting, lasts
     cdef Cycle* row
@@ -333,7 +336,7 @@ cdef int64_t _counting_go_on(
 
 
 cdef int64_t _missed(Floats scores, Int32Rows cycles, int64_t place, int64_t begin) noexcept nogil:
-    """Return how many cycles were missed between an earlier one and one of these: the movement went on, but not alike."""
+    """Return the number of missed cycles between an earlier one and one of these: the movement went on, but was not alike."""
     cdef int32_t start = cycles.at[place], far = cycles.at[cycles.columns + place], end = cycles.at[2 * cycles.columns + place]
     cdef float low, high
     cdef int64_t i, gap, period
@@ -351,7 +354,7 @@ cdef int64_t _missed(Floats scores, Int32Rows cycles, int64_t place, int64_t beg
 cdef int64_t _counting_write(
     Counting* header, Samples* samples, int64_t component, int32_t* cycle, int64_t oldest, int64_t before
 ) noexcept nogil:
-    """Append a counted cycle, with its number in the bout; return how many cycles there were before the analysis."""
+    """Append a counted cycle, with its number in the bout; return the number of remembered cycles before the analysis."""
     cdef int64_t place, q, start, far, end, limit
     cdef Cycle* row
     cdef Cycle* last
@@ -389,7 +392,7 @@ cdef void _counting_measure(
 ) noexcept nogil:
     """Set times, amplitude and the leading joint of a cycle.
 
-    One that was missed may lie before the window: then the oldest sample stands for each that the window does not hold.
+    A missed cycle may lie before the window; the oldest sample replaces each sample outside the window.
     """
     cdef int64_t place, start, far, end
     cdef float swing

@@ -1,15 +1,15 @@
-"""Out: the events of counted repetitions, and their revisions when a later analysis changes them."""
+"""Out: the events of counted repetitions, and the revisions of those that a later analysis changes."""
 
 from mossar_stream.events import PhaseEvent, RepetitionEvent
 
 
 cdef int64_t total_of(Counting* counted) noexcept:
-    """Return the repetitions of the take."""
+    """Return the number of repetitions in the take."""
     return counted.dropped + counted.cycles if counted.clear == 1 else 0
 
 
 cdef object phase_of(Counting* counted, double time):
-    """Return where in the cycle a frame is, s: 0 to 1 from where cycles begin; None out of a bout."""
+    """Return the phase at a time, s: 0 to 1 from the start of a cycle; None outside a bout."""
     cdef Cycle* cycle
     cdef double since, phase
     if counted.cycles == 0 or counted.clear == 0:
@@ -23,7 +23,7 @@ cdef object phase_of(Counting* counted, double time):
 
 
 cdef int report_repetitions(Channel channel, list pending) except -1:
-    """Report an analysis that changed something: repetitions withdrawn, then those new or changed."""
+    """Report a changed count: withdrawn repetitions, then new and changed ones."""
     cdef Counting* counted = counting_of(channel.row)
     cdef int64_t take = channel.row.clock.take, total = total_of(counted), standing, number
     if not channel.reports:
@@ -39,7 +39,7 @@ cdef int report_repetitions(Channel channel, list pending) except -1:
 
 
 cdef int report_phase(Channel channel, list pending) except -1:
-    """Report the phase of the latest frame, unless it was reported, or nothing repeats and that was reported."""
+    """Report the phase of the latest frame once; outside a bout report only the first phase of None."""
     cdef double time = channel.row.clock.time
     phase = phase_of(counting_of(channel.row), time)
     if time != channel.phase_time and (phase is not None or channel.had_phase):
@@ -53,7 +53,7 @@ cdef int report_phase(Channel channel, list pending) except -1:
 
 
 cdef object _repetition(Channel channel, int64_t take, int64_t number, int64_t total, bint is_withdrawn):
-    """Return the event of a repetition; its revision is counted on."""
+    """Return the event of a repetition, with the next revision."""
     cdef Counting* counted = counting_of(channel.row)
     cdef Cycle* cycle = &counted.cycle[0 if is_withdrawn else number - counted.dropped - 1]
     cdef bint is_counted = not is_withdrawn, has_period = is_counted and not isnan(cycle.period)

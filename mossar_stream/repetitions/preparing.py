@@ -12,7 +12,7 @@ SIDES = ("left", "right")
 LEAST_SWING = 0.03  # m, rms over a limb's joints
 GIVEN = ("joints", "root", "travels", "least", "chains", "chain")  # with the skeleton, for all takes
 LONGEST_TAKE = 2**48  # frames; no take is as long
-MOST_SAMPLES = 2**30  # of a take: how far apart two are fits into 32 bits
+MOST_SAMPLES = 2**30  # of a take: the distance of two fits into 32 bits
 
 
 def prepare(header: np.void, skeleton: Skeleton, channel: str) -> None:
@@ -21,8 +21,8 @@ def prepare(header: np.void, skeleton: Skeleton, channel: str) -> None:
     Args:
         header: `Counting`.
         skeleton: The performer's joints.
-        channel: The body's, or of a limb. The way of the root is part of the body's posture, not of a limb's, and small
-            swings of limbs are not counted: they sway along with the body.
+        channel: Name of the body's channel, or of a limb's. The path of the root is part of the body's posture, not of a
+            limb's. Small swings of limbs are not counted, because limbs sway with the body.
     """
     header["joints"], header["root"] = len(skeleton), max(skeleton.root, 0)
     header["travels"] = int(channel == BODY)
@@ -33,7 +33,7 @@ def prepare(header: np.void, skeleton: Skeleton, channel: str) -> None:
 
 
 def chains_of(skeleton: Skeleton) -> list[tuple[int, int, int]]:
-    """Return the joints of bones in pairs: of arms, legs and hips where they are known by name, else of all joints."""
+    """Return the joints of pairs of bones: of arms, legs and hips if their names are known, else of all joints."""
     known = known_joints(skeleton)
     named = [
         tuple(known.get(f"{side}_{joint}", -1) for joint in chain) for chain in CHAIN_NAMES for side in SIDES
@@ -44,11 +44,11 @@ def chains_of(skeleton: Skeleton) -> list[tuple[int, int, int]]:
 
 
 def is_sound(header: np.void, prepared: np.void) -> bool:
-    """Return whether every number that kernels use as an index or count lies where it must.
+    """Return whether every number that kernels use as an index or count is within its limits.
 
     Args:
         header: `Counting` from outside.
-        prepared: The same as `prepare` leaves it.
+        prepared: `Counting` as `prepare` fills it.
     """
     same = all(np.array_equal(header[name], prepared[name]) for name in GIVEN)
     counts = [int(header[name]) for name in ("frames", "first", "fine", "analysed", "dropped", "cycles")]
@@ -69,7 +69,7 @@ def is_sound(header: np.void, prepared: np.void) -> bool:
         and header["clear"] in (0, 1)
         and header["begun"] in (0, 1)
         and np.isfinite(times).all()
-        # s, the latest frame looked at.
+        # s, the latest frame that was processed.
         and (not header["begun"] or abs(times[1] - times[0] - times[3]) < 1.0)
         and not np.isnan(header["due"])
         and np.isfinite(header["at"]).all()

@@ -1,4 +1,4 @@
-"""Reporting: the reported repetitions; out.pxi makes the events."""
+"""Reporting: the state of the reports; out.pxi makes the events."""
 
 import math
 from collections.abc import Iterable
@@ -13,8 +13,8 @@ class Reported(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     Args:
         total: Repetitions of the take.
-        revisions: Messages by number of the repetition, for those that may still change.
-        phase: Time of the last reported phase, s, and whether it had one.
+        revisions: Latest revision by number of the repetition, for those that may still change.
+        phase: Time of the last phase, s, and whether it was a number.
     """
 
     total: int = 0
@@ -23,9 +23,9 @@ class Reported(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def latest_repetitions(events: Iterable[Event]) -> list[RepetitionEvent]:
-    """Return the repetitions that events report, each as it was reported at last, without those that were withdrawn.
+    """Return the latest event of each repetition, without those that were withdrawn.
 
-    Their `total` is that of the repetition: how many there were with it.
+    `total` becomes the number of repetitions up to this one.
     """
     latest = {event.id: event for event in events if isinstance(event, RepetitionEvent)}
     return [

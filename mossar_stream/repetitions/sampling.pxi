@@ -1,29 +1,29 @@
-"""Poses become samples where the movement has gone on: a sample differs from the one before by a share of the movement.
+"""Sampling: a pose becomes a sample when it differs from the last sample by a share of the movement.
 
-So a cycle has as many samples however long it takes, and a rest has one. Joints are taken relative to the root; the
-root keeps its own path, since squats and jumps move it most. Of three frames in a row each coordinate's median counts,
-so a joint that leaps for one frame does not.
+The number of samples in a cycle does not depend on its duration, and a rest has one sample. Joints are relative to the root.
+The root keeps its own path, since squats and jumps move it most. Each coordinate is the median of three frames in a row,
+which removes a joint that leaps for one frame.
 """
 
 cdef double ROUNDING = 0.003  # frames; s: of timestamps as exact as those since 1970
 cdef double STAMP_ROUNDING = 0.0001
-cdef double SHORTEST_BONE = 0.03  # m; what is shorter says nothing of how a limb is held
+cdef double SHORTEST_BONE = 0.03  # m; a shorter bone does not show the pose of a limb
 cdef double LEAST_STEP = 0.02  # of the size of the body, rms over joints, between samples
-cdef double STAYS = 0.1  # of the square of a step, within which a pose is still that of the sample
-cdef double MEDIAN = 0.45  # variance of the median of three, of theirs
-cdef double STEP_ABOVE_NOISE = 3.0  # times the square by which noise alone makes two samples differ
-cdef double FOLLOWS = 0.2  # of what three poses say of the noise
-# Times the square of the way, by which the square of the bend is larger in noise (3) and not in motion.
+cdef double STAYS = 0.1  # of the square of a step, within which a pose still belongs to the sample
+cdef double MEDIAN = 0.45  # variance of the median of three numbers, relative to the variance of each
+cdef double STEP_ABOVE_NOISE = 3.0  # times the squared difference of two samples by noise alone
+cdef double FOLLOWS = 0.2  # weight of the latest three poses in the estimate of the noise
+# Squared bend over squared way: larger in noise (3), smaller in motion.
 cdef double TURNS_BACK = 1.5
-cdef double RETURNED = 0.25  # of the square of how far it went, within which a pose has come back
+cdef double RETURNED = 0.25  # of the squared farthest distance, within which a pose has come back
 cdef enum:
     RETURNS = 3  # after which the step is made smaller,
 cdef double SHARE_OF_SMALL = 0.1  # to this share of that square
-cdef double LONGEST_REST = 30.0  # s; what was done before a longer one is not compared with what comes
+cdef double LONGEST_REST = 30.0  # s; after a longer rest the window begins anew
 
 
 cdef double next_wanted(double origin, double time) noexcept nogil:
-    """Return from when on the next frame is looked at after one that was: at `MOST_RATE`.
+    """Return the earliest time of the next frame to process, s, at `MOST_RATE`.
 
     Args:
         origin: s, of the take.
@@ -33,7 +33,7 @@ cdef double next_wanted(double origin, double time) noexcept nogil:
 
 
 cdef inline void take_frame(Counting* header, Samples* samples, float* position, double time) noexcept nogil:
-    """Process one frame of a take, if it is wanted; no analysis is due before it.
+    """Process one frame of a take, if its time has come; no analysis is due before it.
 
     Args:
         header: `Counting`.
@@ -48,7 +48,7 @@ cdef inline void take_frame(Counting* header, Samples* samples, float* position,
 
 
 cdef void take_pose(Counting* header, Samples* samples, float* positions, double time) noexcept nogil:
-    """Look at a frame; what is missing, or too far off to be true, stays where it was.
+    """Process a frame; a coordinate that is missing, or too far off to be true, keeps its last value.
 
     Args:
         header: `Counting`.
@@ -98,12 +98,12 @@ cdef void take_pose(Counting* header, Samples* samples, float* positions, double
 
 
 cdef inline float _sampling_place(float coordinate) noexcept nogil:
-    """Return a coordinate, m; NaN for one that is no position: its square would leave nothing else of a pose."""
+    """Return a coordinate, m, or NaN if it is no position: its square would outweigh the rest of the pose."""
     return coordinate if abs(coordinate) <= FARTHEST else NAN
 
 
 cdef void _sampling_follow(Counting* header, Samples* samples) noexcept nogil:
-    """Let noise and samples follow the newest pose."""
+    """Update noise and samples with the newest pose."""
     cdef Floats last, pose, before, older
     cdef float bend, way, moved, middle, apart, a, b, c, low, high, turn, went
     cdef int64_t k
@@ -143,11 +143,11 @@ cdef void _sampling_follow(Counting* header, Samples* samples) noexcept nogil:
 
 
 cdef void _wander(Counting* header, double square, double least) noexcept nogil:
-    """Make the step smaller if the pose goes out and back again and again, without a step.
+    """Make the step smaller if the pose goes out and back several times without a new sample.
 
     Args:
         header: `Counting`.
-        square: m², how far it is from the last sample.
+        square: m², squared distance from the last sample.
         least: m², the smallest step.
     """
     if square > header.wander:
@@ -162,7 +162,7 @@ cdef void _wander(Counting* header, double square, double least) noexcept nogil:
 
 
 cdef double _size(Counting* header, Floats pose) noexcept nogil:
-    """Return the square of how far joints are from their centre, added up, m²."""
+    """Return the sum of the squared distances of joints from their centre, m²."""
     cdef int64_t c, n, j, seen
     cdef double total, mean, squares
     cdef float value
@@ -201,12 +201,12 @@ cdef void append_sample(Counting* header, Samples* samples, Floats pose) noexcep
 
 
 cdef inline int16_t _in_quanta(Counting* header, float coordinate) noexcept nogil:
-    """Return a coordinate, m, as the nearest multiple of the quantum, the largest one at most."""
+    """Return a coordinate, m, as the nearest multiple of the quantum, clipped to the largest one."""
     return <int16_t>min(max(rintf(coordinate * header.per_quantum), -MOST_QUANTA), MOST_QUANTA)
 
 
 cdef void _appear(Counting* header, Samples* samples, float* positions) noexcept nogil:
-    """Let coordinates that are seen for the first time have been there all along."""
+    """Write the first value of a coordinate into all earlier samples, as if it had always been there."""
     cdef int64_t j, c, k, i
     cdef bint own
     cdef float value
@@ -227,9 +227,9 @@ cdef void _appear(Counting* header, Samples* samples, float* positions) noexcept
 
 
 cdef double _sampling_straightness(Counting* header, Floats pose) noexcept nogil:
-    """Return how straight and upright limbs are, 0 to 2, mean.
+    """Return the mean straightness of limbs, 0 to 2.
 
-    That is the distance of the ends of two bones, and how far one is above the other, over the sum of their lengths.
+    It is the distance of the ends of two bones plus their difference in height, over the sum of the bones' lengths.
     """
     cdef int64_t k, count
     cdef double total, one, other, ends, above
@@ -246,7 +246,7 @@ cdef double _sampling_straightness(Counting* header, Floats pose) noexcept nogil
 
 
 cdef double _height(Counting* header, Floats pose, int64_t i) noexcept nogil:
-    """Return how far a joint is above the root, m; y is up."""
+    """Return the height of a joint above the root, m; y is up."""
     return 0.0 if i == header.root else <double>pose.at[3 * i + 1]
 
 

@@ -1,25 +1,25 @@
 """State of one performer's repetitions: a record of fixed size, and samples.
 
 A sample is a pose that has moved far enough from the sample before (sampling.pxi). Samples lie coordinate by coordinate, as
-16-bit multiples of a quantum, so that both products of a power iteration run along contiguous memory; only the root, which
-may go far, has its own path in full.
+16-bit multiples of a quantum, so that both products of a power iteration run along contiguous memory. The root may go far:
+its own path is kept in floats.
 """
 
-cdef double MOST_RATE = 30.0  # Hz, of the frames that are looked at, at most
+cdef double MOST_RATE = 30.0  # Hz, of the processed frames, at most
 cdef enum:
     SAMPLES = 120  # kept
     LEAST_SAMPLES = 8  # in a window that is analysed
-    RECENT = 40  # samples: what swings much less there than in the window followed another posture
+    RECENT = 40  # samples: if they swing much less than the window, another posture came first
     STRIDE = 10  # samples after which the window is analysed,
-cdef double ANALYSIS_INTERVAL = 1.0  # s, at the latest, if there is a new one
+cdef double ANALYSIS_INTERVAL = 1.0  # s, at the latest, if there is a new sample
 cdef enum:
     COMPONENTS = 4  # leading ones of the posture; cycles are compared in them
-    REST_POSE_FRAMES = 15  # frames of a take of which the rest pose is the mean
+    REST_POSE_FRAMES = 15  # first frames of a take; their mean is the rest pose
     CYCLES = 32  # remembered; more than fit into the window
-    CHAINS = 24  # at most: bones in pairs, such as upper arm and forearm, by which it is known how limbs are held
+    CHAINS = 24  # at most: pairs of bones, such as upper arm and forearm, that show the pose of limbs
 cdef float MOST_QUANTA = 32767.0  # largest multiple of the quantum
 cdef double SMALLEST_QUANTUM = 1.0 / 8192.0  # m: reaches 4 m from the root
-cdef double LEAST_REACH = 8.0  # times the rms distance of joints from their centre, which the quantum reaches at least
+cdef double LEAST_REACH = 8.0  # times the rms distance of joints from their centre, least reach of all quanta
 cdef enum:
     POSTURES = 9  # that describe a cycle
     BINS = 64  # of histograms
@@ -28,18 +28,18 @@ cdef struct Cycle:
     int64_t start  # sample at which the cycle begins, counted from the start of the take
     int64_t far  # sample of the other extreme
     int64_t end
-    double leaves  # s since the take began, like all times: when it leaves the pose in which it begins,
+    double leaves  # s since the take began, like all times: it leaves the pose in which it begins,
     double out  # passes half way to the other extreme,
-    double turns  # is there, in the middle of its stay,
+    double turns  # is in the middle of its stay there,
     double back  # passes half way back,
     double arrives  # and arrives
-    int64_t returning  # 1 if it may be on its way back yet
+    int64_t returning  # 1 if it may still be on its way back
     double amplitude  # m, rms over joints, from one extreme to the other
     int64_t count  # in its bout, from 1
     int64_t joint  # that moves most
-    double straighter  # how much straighter and more upright limbs are where the cycle begins than at the other extreme
-    double resting  # how much more the movement dwells there and is near the rest pose, from -1 to 1
-    double lead  # share of a cycle that was shown before the first one of its bout
+    double straighter  # straightness of limbs at the start minus that at the other extreme
+    double resting  # how much more the movement dwells at the start and is near the rest pose, from -1 to 1
+    double lead  # share of a cycle before the first one of its bout
     int64_t turned  # 1 if repetitions begin at the other extreme
     double begins  # s, where the repetition begins, and
     double ends  # where it ends, see timing.pxi
@@ -50,30 +50,30 @@ cdef struct Counting:
     int64_t joints
     int64_t root
     int64_t travels  # 1 if the root's own path is part of the posture
-    double least  # m, rms over joints: what swings by less is not counted
-    int64_t chains  # how many there are
-    int64_t chain[24][3]  # joints: the end of one bone, what both share, the end of the other
+    double least  # m, rms over joints: smaller swings are not counted
+    int64_t chains  # number of them
+    int64_t chain[24][3]  # joints: the end of one bone, the shared joint, the end of the other
     int64_t begun  # 1 after the first frame of a take
     double origin  # s, time of that frame
     double latest  # s, time of the latest frame
-    double wanted  # s, from when on a frame is looked at
+    double wanted  # s, earliest time of the next frame to process
     int64_t unseen  # coordinates that no frame of the take had
-    int64_t frames  # looked at
+    int64_t frames  # processed
     double middle  # s, time of the frame before, which is the middle one of three
-    double noise  # m², of the sensor: variance of a pose, added up over all coordinates
-    double size  # m², square of how far joints are from their centre, added up, as the take began
-    float quantum  # m, of which samples are multiples
+    double noise  # m², of the sensor: variance of a pose, summed over all coordinates
+    double size  # m², sum of the squared distances of joints from their centre at the start of the take
+    float quantum  # m, unit of the samples
     float per_quantum  # 1/m
-    double step  # m², by which a pose must differ from the last sample, added up likewise
-    double wander  # m², how far the pose went from the last sample, and
-    int64_t returns  # how often it came back: small movements, of which a large step shows nothing
+    double step  # m², least squared difference of a pose from the last sample, summed over all coordinates
+    double wander  # m², farthest squared distance of the pose from the last sample, and
+    int64_t returns  # the number of times it came back: small movements, which a large step misses
     int64_t fine  # first sample since the step was last made smaller
     int64_t open  # samples of the take
-    int64_t first  # that belongs to the window: before it there was a long rest
+    int64_t first  # sample that may belong to the window: before it there was a long rest
     int64_t analysed  # samples at the last analysis
     double due  # s, when the next analysis is due
     double at[120]  # s since the take began, times of the samples, ring buffer
-    double left[120]  # s, until when the pose stayed there
+    double left[120]  # s, end of the stay in the pose of the sample
     int64_t clear  # 1 once some cycles agreed beyond doubt; nothing is reported before
     int64_t dropped  # cycles that are no longer remembered
     int64_t cycles  # remembered ones
@@ -88,8 +88,8 @@ cdef struct CountedCycle:
     int64_t count
 
 
-cdef struct Periods:  # what evidence reads of it: of the body's repetitions, in its row and in those of its limbs
-    double origin  # as in `HEADER`, and so are the others
+cdef struct Periods:  # for evidence: the body's repetitions, in its row and in those of its limbs
+    double origin  # this and the others as in `Counting`
     int64_t analysed
     int64_t clear
     int64_t cycles
@@ -114,7 +114,7 @@ cdef struct CountingScratch:
     float totals[60][5]  # sums of each component of them, and of all squares
     double alike[60]  # agreement of each cycle with the next
     int32_t counts[64]  # of a histogram
-    double least  # swing of scores; what swings by less is not counted
+    double least  # swing of scores; smaller swings are not counted
     Winner winner
 
 
@@ -122,16 +122,16 @@ cdef struct Samples:  # of one performer; D = 3 · joints
     ShortRows ring  # (D, SAMPLES) samples in quanta, joints relative to the root; each line a ring buffer
     FloatRows root  # (3, SAMPLES) m, the root of each sample: its own path, or 0; ring buffers as `ring`
     FloatRows axes  # (COMPONENTS, D), unit vectors
-    Floats straight  # (SAMPLES,) how straight and upright limbs are, 0 to 2, ring buffer as `ring`
+    Floats straight  # (SAMPLES,) straightness of limbs, 0 to 2, ring buffer as `ring`
     Floats last  # (D,) m, pose of the last sample
     Floats older  # (D,) m, pose of the frame before `before`
     Floats before  # (D,) m, pose of the frame before
     Floats rest_pose  # (D,) m, mean pose of the take's first `REST_POSE_FRAMES` frames
     Floats pose  # (D,) latest known, NaN before a joint was seen
-    # What an analysis works in besides; performers share it, because they are analysed one after the other.
+    # Workspace of an analysis; performers share it, because they are analysed one after the other.
     FloatRows by_coordinate  # (D, SAMPLES), m, in the order of time
     FloatRows scores  # (COMPONENTS, SAMPLES), in the order of time
-    FloatRows smooth  # (COMPONENTS, SAMPLES), means of neighbours of them
+    FloatRows smooth  # (COMPONENTS, SAMPLES), means of neighbouring scores
     Floats rest_pose_scores  # (COMPONENTS,) of the pose `rest_pose`, as `scores`
 
 
@@ -141,27 +141,27 @@ cdef inline int64_t in_lines(int64_t size) noexcept nogil:
 
 
 cdef inline int64_t periods_at() noexcept nogil:
-    """Return where, in what is counted of a performer, the periods begin, bytes: after the header,"""
+    """Return the offset of `Periods` in the bytes of a performer's count: they follow `Counting`."""
     return in_lines(sizeof(Counting))
 
 
 cdef inline int64_t samples_at() noexcept nogil:
-    """and the samples."""
+    """Return the offset of the samples in those bytes: they follow `Periods`."""
     return periods_at() + in_lines(sizeof(Periods))
 
 
 cdef int64_t samples_size(int64_t joints) noexcept nogil:
-    """Return the bytes of a performer's samples, with what is kept beside them."""
+    """Return the size of a performer's `Samples` without the workspace, bytes."""
     return 3 * joints * (2 * SAMPLES + 4 * (COMPONENTS + 5)) + 4 * 4 * SAMPLES
 
 
 cdef int64_t store_size(int64_t joints) noexcept nogil:
-    """Return the bytes in which an analysis works, for any performer of so many joints: `CountingScratch`, then numbers."""
+    """Return the size of the workspace of an analysis for a number of joints, bytes: `CountingScratch`, then numbers."""
     return in_lines(sizeof(CountingScratch)) + 4 * (3 * joints * SAMPLES + COMPONENTS * (2 * SAMPLES + 1))
 
 
 cdef inline Samples stored_samples(uint8_t* memory, int64_t joints) noexcept nogil:
-    """Return where the samples of a performer lie, without what an analysis works in."""
+    """Return views of a performer's samples, without the workspace of an analysis."""
     cdef int64_t d = 3 * joints
     cdef int64_t n = SAMPLES if joints > 0 else 0
     cdef float* root = <float*>(memory + 2 * d * SAMPLES)
@@ -182,7 +182,7 @@ cdef inline Samples stored_samples(uint8_t* memory, int64_t joints) noexcept nog
 
 
 cdef inline Samples all_samples(uint8_t* memory, float* room, int64_t joints) noexcept nogil:
-    """Return where the samples of a performer lie, and what an analysis works in."""
+    """Return views of a performer's samples and of the workspace of an analysis."""
     cdef int64_t d = 3 * joints
     cdef Samples samples = stored_samples(memory, joints)
     samples.by_coordinate = floats_in_rows(room, d, SAMPLES)
@@ -226,12 +226,12 @@ cdef void begin(Counting* header, Samples* samples, double time) noexcept nogil:
 
 
 cdef void forget_periods(Periods* periods) noexcept nogil:
-    """Forget what is counted, as a take begins."""
+    """Clear the periods at the start of a take."""
     periods.clear = periods.cycles = periods.analysed = 0
 
 
 cdef void copy_periods(Periods* periods, Periods* counted) noexcept nogil:
-    """Set what a limb or a reader knows of its body's repetitions."""
+    """Copy the periods of the body's repetitions to those of a limb or a reader."""
     cdef int64_t q
     periods.origin, periods.analysed = counted.origin, counted.analysed
     periods.clear, periods.cycles = counted.clear, counted.cycles
@@ -240,13 +240,13 @@ cdef void copy_periods(Periods* periods, Periods* counted) noexcept nogil:
 
 
 cdef inline void renew_periods(Periods* periods, Periods* counted) noexcept nogil:
-    """Set them if they were analysed since."""
+    """Copy them if they were analysed since."""
     if periods.analysed != counted.analysed or periods.origin != counted.origin:
         copy_periods(periods, counted)
 
 
 cdef void note_periods(Periods* periods, Counting* counted) noexcept nogil:
-    """Set what evidence reads of what is counted."""
+    """Copy the counted cycles to the periods, which evidence reads."""
     cdef int64_t q
     cdef CountedCycle* to
     cdef Cycle* cycle
@@ -259,16 +259,16 @@ cdef void note_periods(Periods* periods, Counting* counted) noexcept nogil:
 
 
 cdef void note_analysis(Counting* header) noexcept nogil:
-    """Note that all samples were analysed; the next one says when an analysis is due again."""
+    """Note that all samples were analysed; the next sample sets the time of the next analysis."""
     header.analysed = header.open
     header.due = INFINITY
 
 
 cdef inline int64_t window_size(Counting* header) noexcept nogil:
-    """Return how many samples there are in the window."""
+    """Return the number of samples in the window."""
     return min(header.open - header.first, SAMPLES)
 
 
 cdef inline int64_t ring_place(Counting* header, int64_t n, int64_t i) noexcept nogil:
-    """Return where in the ring the i-th of the n samples in the window is."""
+    """Return the place in the ring of the i-th of the n samples in the window."""
     return (header.open - n + i) % SAMPLES

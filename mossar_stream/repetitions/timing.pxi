@@ -1,21 +1,21 @@
-"""Timing: where repetitions begin and end, and how long they take, from the cycles that are counted."""
+"""Timing: start, end and period of repetitions, from the counted cycles."""
 
-# Between cycles, whose median is the period: one that was missed does not count, and four, for where samples fall makes
-# those of fast movements longer and shorter in turn.
+# Intervals between cycles; their median is the period. The median ignores one missed cycle. There are four, because the
+# spacing of samples makes intervals of fast movements longer and shorter in turn.
 cdef enum:
     INTERVALS = 4
-# Cycles without a new one, after which nothing repeats any more, besides the time between analyses.
+# Cycles without a new one after which a bout is over, besides the time between analyses.
 cdef double LONGEST_SILENCE = 1.5
 cdef double LEAST_PERIOD = 0.1  # s
-cdef double NEARBY = 0.31622776601683794  # of a step, within which a pose stays that of a sample
+cdef double NEARBY = 0.31622776601683794  # of a step, within which a pose still belongs to a sample
 
 
 cdef void time_cycles(Counting* header, int64_t first) noexcept nogil:
-    """Set when the remembered repetitions begin and end, and their periods, s.
+    """Set starts, ends and periods of the remembered repetitions, s.
 
     Args:
         header: `Counting`.
-        first: Place of the first of them that may have changed.
+        first: Place of the first one that may have changed.
     """
     cdef int64_t place
     cdef Cycle* row
@@ -28,9 +28,9 @@ cdef void time_cycles(Counting* header, int64_t first) noexcept nogil:
 
 
 cdef double _period(Counting* header, int64_t place) noexcept nogil:
-    """Return the duration of a cycle, the median of the last ones of its bout; NaN for the first.
+    """Return the period at a cycle, s: the median of the latest intervals of its bout; NaN for the first cycle.
 
-    While there are too few before it, those after it count, too.
+    While there are too few intervals before it, later ones count, too.
     """
     cdef int64_t begin, end, beyond
     begin = place - min(header.cycle[place].count - 1, INTERVALS, place)
@@ -43,7 +43,7 @@ cdef double _period(Counting* header, int64_t place) noexcept nogil:
 
 
 cdef double _ranked(Counting* header, int64_t begin, int64_t end, int64_t upper) noexcept nogil:
-    """Return the lower or upper median of what passes between cycles, twice, s."""
+    """Return twice the lower or upper median of the intervals between cycles, s."""
     cdef int64_t count, rank, i, below, k
     cdef double passed, other
     count = end - begin
@@ -60,7 +60,7 @@ cdef double _ranked(Counting* header, int64_t begin, int64_t end, int64_t upper)
 
 
 cdef double _passed(Counting* header, int64_t place) noexcept nogil:
-    """Return how much later the next cycle is half way out and back, s, added up.
+    """Return twice the interval to the next cycle, s: that between the half ways out plus that between the half ways back.
 
     The first cycle of a bout may come out of another posture, and the last one may not be back yet.
     """
@@ -78,7 +78,7 @@ cdef double _passed(Counting* header, int64_t place) noexcept nogil:
 
 
 cdef double _begin_of(Counting* header, int64_t place) noexcept nogil:
-    """Return where a repetition begins; in a bout between passing half way back and half way out again."""
+    """Return the start of a repetition, s; within a bout it lies between half way back and half way out again."""
     cdef Cycle* row
     cdef Cycle* before
     cdef double begin, earliest
@@ -92,7 +92,7 @@ cdef double _begin_of(Counting* header, int64_t place) noexcept nogil:
 
 
 cdef double _end_of(Counting* header, int64_t place) noexcept nogil:
-    """Return where a repetition ends."""
+    """Return the end of a repetition, s."""
     cdef Cycle* row
     cdef Cycle* after
     row = &header.cycle[place]
@@ -104,8 +104,8 @@ cdef double _end_of(Counting* header, int64_t place) noexcept nogil:
 
 
 cdef double _own_end(Cycle* row) noexcept nogil:
-    """Return when a repetition ends that nothing follows."""
-    # Where it rests the extreme is anywhere: movements end as long after half way as they began before it.
+    """Return the end of a repetition that no other follows, s."""
+    # The extreme is arbitrary within a rest: from half way back to the end is as long as from the turn to half way back.
     return _timing_middle(row) if row.turned else min(row.arrives, 2.0 * row.back - row.turns)
 
 
@@ -115,10 +115,10 @@ cdef double _timing_middle(Cycle* row) noexcept nogil:
 
 
 cdef double time_at(Counting* header, int64_t n, double place) noexcept nogil:
-    """Return when the pose was between two samples of the window of n, s since the take began."""
+    """Return the time of a place between two samples of the window of n, s since the take began."""
     cdef int64_t below, one
     cdef double share
-    below = <int64_t>place if place >= 0.0 else 0  # NaN where a snapshot has scores that are no numbers
+    below = <int64_t>place if place >= 0.0 else 0  # NaN if a snapshot has NaN scores
     share = place - below
     one = ring_place(header, n, below)
     if share < NEARBY:

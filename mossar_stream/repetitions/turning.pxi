@@ -1,13 +1,13 @@
-"""Turning points of one component, with hysteresis: what moves back by less than a share of the range is no turn."""
+"""Turning points of one component, with hysteresis: a move back by less than a share of the range is no turn."""
 
 cdef double HYSTERESIS = 0.37  # of the range from the 10th to the 90th percentile
-cdef double SWING_REACHED = 0.7  # of the last swing, after which the extreme that is being made counts as reached
+cdef double SWING_REACHED = 0.7  # of the last swing, after which the newest extreme counts as reached
 
 
 cdef float swing_range(Floats scores, int64_t n, Ints32 counts) noexcept nogil:
     """Return the range from the 10th to the 90th percentile, from a histogram; 0 if a number is infinite.
 
-    What is no number is left out: snapshots from outside may hold it, and a histogram has no place for it.
+    NaN is left out: snapshots from outside may hold it, and a histogram has no place for it.
 
     Args:
         scores: (n,) float32.
@@ -41,7 +41,7 @@ cdef float swing_range(Floats scores, int64_t n, Ints32 counts) noexcept nogil:
 
 
 cdef int64_t turning_points(Floats scores, int64_t n, float least, Int32Rows turns) noexcept nogil:
-    """Find where a component turns back by more than `least`.
+    """Find the samples at which a component turns back by more than `least`.
 
     Args:
         scores: (n,) float32.
@@ -50,7 +50,7 @@ cdef int64_t turning_points(Floats scores, int64_t n, float least, Int32Rows tur
         turns: (2, SAMPLES), out: sample and direction (1 a maximum, -1 a minimum).
 
     Returns:
-        How many there are.
+        Number of turning points.
     """
     cdef float lowest, highest, score
     cdef int64_t i, found, direction, low, high
@@ -72,7 +72,7 @@ cdef int64_t turning_points(Floats scores, int64_t n, float least, Int32Rows tur
 
 
 cdef int64_t _with_the_last(Floats scores, Int32Rows turns, int64_t found, int64_t latest) noexcept nogil:
-    """Add the extreme that is being made if it is nearly as far as the swing before."""
+    """Add the newest extreme if its swing is nearly as large as the one before."""
     cdef int32_t last, before
     if found < 2 or found >= SAMPLES:
         return found

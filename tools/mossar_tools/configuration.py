@@ -1,8 +1,8 @@
 """Configuration: the options of the command line in a TOML file.
 
-Keys are the long options without dashes; lists stand for options given several times. Two more: `sources`, the
-list of sources if the command line names none, and the table `[settings]` for `--set`. Options that a command
-does not have are passed over, so that one file serves several commands::
+Keys are the long options without dashes; lists are for options that may be repeated. There are two more keys: `sources`,
+the list of sources if the command line names none, and the table `[settings]` for `--set`. A command ignores options that
+it does not have, so that one file serves several commands::
 
     preset = "game"
     to = ["osc://127.0.0.1:9000", "events.jsonl"]
@@ -21,8 +21,8 @@ from mossar_tools.declared import declared
 from mossar_tools.errors import UsageError
 from mossar_tools.parser import did_you_mean
 
-_ELSEWHERE = {"set", "config", "check"}  # not by these names, or not at all
-_NOT_HERE = ("plot_to",)  # --to of a picture is no sink, which is what `to` means in a file
+_ELSEWHERE = {"set", "config", "check"}  # have another name in a file, or are not allowed there
+_NOT_HERE = ("plot_to",)  # --to of a picture; `to` in a file is a sink
 
 
 def read_configuration(path: Path, parser: argparse.ArgumentParser) -> dict[str, Any]:
@@ -66,7 +66,7 @@ def known_names() -> set[str]:
 
 
 def _converted(path: Path, key: str, value: Any, action: argparse.Action) -> Any:
-    """Return a value as its option would have it."""
+    """Return a value, checked and converted by its option."""
     if action.nargs == 0:
         if not isinstance(value, bool):
             raise UsageError(f"{path}: {key} must be true or false, not {value!r}")
@@ -80,7 +80,7 @@ def _converted(path: Path, key: str, value: Any, action: argparse.Action) -> Any
                 f"{path}: {key} must be {action.nargs} texts, each {action.metavar}, not {value!r}"
             )
         return [_one(path, key, part, action) for part in parts]
-    several = isinstance(action, argparse._AppendAction)  # noqa: SLF001 - how argparse says it
+    several = isinstance(action, argparse._AppendAction)  # noqa: SLF001 - argparse has no public test for it
     if isinstance(value, list) and not several:
         value = ",".join(str(part) for part in value)
     values = value if isinstance(value, list) else [value]

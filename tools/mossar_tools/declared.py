@@ -1,6 +1,6 @@
 """Declared: an option, stated once beside its type; parser, help, configuration and defaults are made from it.
 
-A command has a record of what it takes, in the order of its help. Each field is an operand, an option, or a record of
+A command has a record of its options, in the order of its help. Each field is an operand, an option, or a record of
 options that several commands share::
 
     class Options(msgspec.Struct, frozen=True):
@@ -25,11 +25,11 @@ class Option(msgspec.Struct, frozen=True):
         help: Its text in the help.
         metavar: Name of its value; None shows the choices.
         convert: Returns the value of a text.
-        flag: Long name without dashes; None for that of the field, empty for an operand.
+        flag: Long name without dashes; None for the name of the field, empty for an operand.
         choices: Legal values; those of a `Literal` without `convert` need not be repeated.
-        nargs: Number of values where it is not one: as of `argparse`.
-        const: The value if the option is given without one.
-        repeatable: Whether each further one adds a value.
+        nargs: Number of values if it is not one, as in `argparse`.
+        const: The value of an option that is given without one.
+        repeatable: Whether the option may be repeated; each occurrence adds a value.
     """
 
     help: str
@@ -43,7 +43,7 @@ class Option(msgspec.Struct, frozen=True):
 
 
 def operand(metavar: str, text: str, nargs: int | Literal["*", "+"] | None = None) -> Option:
-    """Return a value that stands without an option."""
+    """Return an operand: a value without a flag."""
     return Option(text, metavar, nargs=nargs, flag="")
 
 
@@ -88,7 +88,7 @@ def add_options(parser: argparse.ArgumentParser, record: type[msgspec.Struct]) -
 
 
 def _told(kind: Any, option: Option) -> dict[str, Any]:
-    """Return what argparse is told of an option besides its name."""
+    """Return the arguments of argparse for an option besides its name."""
     if bool in (kind, *get_args(kind)):
         action = "store_true" if kind is bool else argparse.BooleanOptionalAction
         return {"action": action, "help": option.help}
@@ -107,7 +107,7 @@ def _told(kind: Any, option: Option) -> dict[str, Any]:
 
 
 def nested(record: type[msgspec.Struct], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values by the names of their fields as the record holds them: those of a group in a mapping of its own."""
+    """Return values by the names of their fields, those of a group in a mapping of its own."""
     found = {}
     for name, kind, _ in _fields(record):
         if _is_group(kind):

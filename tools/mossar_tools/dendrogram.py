@@ -9,16 +9,16 @@ from mossar_tools.marks import Mark
 
 
 class Merge(msgspec.Struct, frozen=True):
-    """Two neighbouring parts become one when the key frame between them falls.
+    """A merge of two neighbouring parts, when the key frame between them is removed.
 
     Args:
         left: Middle of the left part, s.
         right: Middle of the right part, s.
-        left_height: Strength at which the left part came to be; 0 for a segment.
+        left_height: Strength of the merge that made the left part; 0 for a segment.
         right_height: The same of the right part.
         height: Strength at which the two merge.
-        start: Where the merged part begins, s.
-        end: Where it ends, s.
+        start: Start of the merged part, s.
+        end: End of the merged part, s.
     """
 
     left: float
@@ -43,7 +43,7 @@ def merges(hierarchy: Sequence[Mark], start: float, end: float) -> list[Merge]:
     """Return the merges of a hierarchy, lowest first.
 
     Args:
-        hierarchy: Key frames in the order in which they fall.
+        hierarchy: Key frames in the order of their removal.
         start: Time of the first frame, s.
         end: Time of the last one, s.
 
@@ -65,6 +65,6 @@ def merges(hierarchy: Sequence[Mark], start: float, end: float) -> list[Merge]:
         )
         middle = (left.middle + right.middle) / 2
         merged = _Part(left.first, right.last, left.start, right.end, middle, strength)
-        # Only the outermost segments of a part are looked up again.
+        # Later merges look up only the outermost segments of a part.
         parts[merged.first] = parts[merged.last] = merged
     return found

@@ -1,4 +1,4 @@
-"""Marks: what a chart of a segmentation shows. Two painters draw them: `panels` with matplotlib, `dashboard.chart` as SVG."""
+"""Marks: the content of a chart of a segmentation. `panels` draws it with matplotlib, `dashboard.chart` as SVG."""
 
 from collections.abc import Iterable, Sequence
 
@@ -12,19 +12,19 @@ _LEAST = 0.25  # share of the range that the axis of velocities always reaches
 
 
 class Mark(msgspec.Struct, frozen=True):
-    """A key frame as it is shown.
+    """A key frame in a chart.
 
     Args:
-        id: What tells it from others of its performer.
+        id: Identifier of the key frame among those of its performer.
         time: s.
         frame: Number of the frame.
         kind: `onset`, `offset` or `minimum`.
         velocity: Share of the range.
-        strength: At which it falls; None until first computed.
-        kept: Whether it stands at the level shown.
-        decided: Whether the segmenter has said its last word.
+        strength: Cost of the merge that removes it; None until first computed.
+        kept: Whether it is kept at the level shown.
+        decided: Whether the segmenter will not change it any more.
         tentative: Whether it is only a candidate.
-        delay: From the key frame to the message that confirmed it, s; None in recordings.
+        delay: Time from the key frame to the event that confirmed it, s; None in recordings.
     """
 
     id: str
@@ -40,7 +40,7 @@ class Mark(msgspec.Struct, frozen=True):
 
 
 class Stretch(msgspec.Struct, frozen=True):
-    """A segment as it is shown."""
+    """A segment in a chart."""
 
     start: float  # s
     end: float  # s
@@ -64,7 +64,7 @@ class Curve(msgspec.Struct, frozen=True):
     floor: NDArray[np.float64]
 
     def thinned(self, most: int) -> "Curve":
-        """Return every so many samples, so that fewer than twice `most` are left."""
+        """Return samples at a constant stride, so that fewer than twice `most` are left."""
         step = max(1, len(self.times) // most)
         return Curve(self.times[::step], self.value[::step], self.ceiling[::step], self.floor[::step])
 
@@ -73,14 +73,14 @@ class Chart(msgspec.Struct, frozen=True, kw_only=True):
     """The marks of a segmentation between two times.
 
     Args:
-        start: Where the chart begins, s.
-        end: Where it ends, s.
+        start: Start of the chart, s.
+        end: End of the chart, s.
         threshold: Share of the range.
         curve: Velocity within the chart.
         marks: Key frames within the chart, in order of time.
         stretches: Segments within the chart at the level shown.
         limbs: Segments of each limb within the chart.
-        moves: Those recognised within the chart.
+        moves: Moves recognised within the chart.
     """
 
     start: float
@@ -94,24 +94,24 @@ class Chart(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def kept(self) -> list[Mark]:
-        """Key frames that stand."""
+        """Key frames that are kept at the level shown."""
         return [mark for mark in self.marks if mark.kept]
 
     @property
     def merged(self) -> list[Mark]:
-        """Key frames that do not stand at the level shown."""
+        """Key frames that are merged at the level shown, without candidates."""
         return [mark for mark in self.marks if not mark.kept and not mark.tentative]
 
     @property
     def top(self) -> float:
-        """The velocity up to which the chart reaches."""
+        """The upper end of the axis of velocities."""
         peaks = (mark.velocity for mark in self.marks)
         return 1.1 * max(
             _LEAST, float(np.nanmax(self.curve.value, initial=0.0)), *peaks, 1.6 * self.threshold
         )
 
     def height(self, mark: Mark) -> float:
-        """Return the velocity at the reported position of a key frame; its own is that of Algorithm 2's frame."""
+        """Return the velocity at the reported time of a key frame; `Mark.velocity` is that at Algorithm 2's frame."""
         seen = np.isfinite(self.curve.value)
         if not seen.any():
             return mark.velocity
@@ -141,11 +141,11 @@ def _overlapping(parts: Iterable[Stretch], start: float, end: float) -> list[Str
 def curve_columns(states: Sequence[CurveState]) -> NDArray[np.float64]:
     """Return a curve as (n, 5): time (s), velocity, ceiling, floor (shares of the range), and whether it is moving.
 
-    It is drawn at the reported positions of its key frames.
+    Its times are reported times, like those of its key frames.
     """
     rows = [(s.reported_time, s.value, s.ceiling, s.floor, s.moving) for s in states]
     columns = np.array(rows, np.float64).reshape(-1, 5)
-    columns[:, 0] = np.maximum.accumulate(columns[:, 0])  # noise may have grown loud
+    columns[:, 0] = np.maximum.accumulate(columns[:, 0])  # rising noise may turn them back
     return columns
 
 
@@ -160,7 +160,7 @@ def mark_of(key: KeyFrame, *, kept: bool) -> Mark:
 
 
 def marks_of(result: Result, chosen: Segmentation) -> list[Mark]:
-    """Return the key frames of a recording as they stand at a level, in order of time."""
+    """Return the marks of a recording's key frames at a level, in order of time."""
     merged = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]
     marks = [mark_of(key, kept=True) for key in chosen.key_frames]
     marks += [mark_of(key, kept=False) for key in merged]
@@ -168,5 +168,5 @@ def marks_of(result: Result, chosen: Segmentation) -> list[Mark]:
 
 
 def stretches_of(segments: Iterable[Segment]) -> list[Stretch]:
-    """Return the segments of a recording."""
+    """Return the segments of a recording as stretches."""
     return [Stretch(part.start_time, part.end_time, part.state) for part in segments]

@@ -1,4 +1,4 @@
-"""Options: what several commands share, and where values come from.
+"""Options that several commands share, and the sources of their values.
 
 Precedence: defaults < preset < configuration file < command line. The parsers carry no defaults; the records of options
 do, so that given values and defaults can be distinguished.
@@ -19,12 +19,12 @@ from mossar_stream import SETTING_CHOICES, Settings, SettingsError
 from mossar_tools import values
 from mossar_tools.configuration import read_configuration
 from mossar_tools.console import LEVELS
-from mossar_tools.declared import Option, Section, nested
+from mossar_tools.declared import Option, Section, declared, nested
 from mossar_tools.errors import UsageError
 
 WIDTH = 11.0  # inches of a picture
 STANDARD_OUTPUT = "-"
-_GROUPS = re.compile(r"\s*[\w-]+\s*=")  # how the value of --limbs begins: no file or URL does
+_GROUPS = re.compile(r"\s*[\w-]+\s*=")  # start of a value of --limbs; no file or URL begins like it
 
 Record = TypeVar("Record", bound=msgspec.Struct)
 
@@ -80,14 +80,14 @@ Configuration = Annotated[
 
 
 class _Settings(msgspec.Struct, frozen=True):
-    """How to segment; options that are called as a setting are that setting."""
+    """Options of segmentation; an option with the name of a setting is that setting."""
 
     def settings(self, *sources: str, **overrides: object) -> Settings:
-        """Return the settings of the segmenter: those that suit the sources lie under the user's.
+        """Return the settings of the segmenter; the user's take precedence over those that suit the sources.
 
         Args:
-            sources: What is segmented.
-            overrides: What this command sets where the user says nothing.
+            sources: URLs and recordings to segment.
+            overrides: Settings of this command; the user's take precedence.
 
         Raises:
             SettingsError: If a name is unknown or a value illegal.
@@ -104,12 +104,12 @@ class _Settings(msgspec.Struct, frozen=True):
 
 def _as_setting(name: str, value: Any) -> Any:
     if name == "limbs":
-        return value or True  # limbs that are named, or the usual ones
+        return value or True  # the named limbs, or the usual ones
     return " ".join(value) if name == "feet" else value
 
 
 class LabelledSegmenting(_Settings, frozen=True):
-    """How to segment recordings whose labels say at which level."""
+    """Options of segmentation for recordings whose labels set the level."""
 
     preset: Preset = "default"
     set: Chosen = {}  # msgspec copies it
@@ -118,7 +118,7 @@ class LabelledSegmenting(_Settings, frozen=True):
 
 
 class BodySegmenting(_Settings, frozen=True):
-    """How to segment where the body's key frames and segments are all that is reported."""
+    """Options of segmentation for commands that report only the body's key frames and segments."""
 
     preset: Preset = "default"
     level: Level = None
@@ -128,7 +128,7 @@ class BodySegmenting(_Settings, frozen=True):
 
 
 class Segmenting(_Settings, frozen=True):
-    """How to segment, and what to report besides the body's key frames and segments."""
+    """Options of segmentation, and of reports besides the body's key frames and segments."""
 
     preset: Preset = "default"
     level: Level = None
@@ -157,7 +157,7 @@ class Segmenting(_Settings, frozen=True):
 
 
 class Body(msgspec.Struct, frozen=True):
-    """What a frame holds."""
+    """Options for the content of a frame."""
 
     joints: Annotated[
         tuple[str, ...], Section("content of a frame"), Option("use these joints only", "A,B,C", values.names)
@@ -172,10 +172,10 @@ class Body(msgspec.Struct, frozen=True):
     allow_2d: Annotated[bool, Option("accept flat poses, which are refused otherwise")] = False
 
     def reading(self, *, again: bool = False) -> ReadOptions:
-        """Return how to read a recording.
+        """Return the options for reading a recording.
 
         Args:
-            again: Whether to estimate a video again, although the estimate is kept beside it.
+            again: Whether to estimate the poses of a video again, despite the estimate kept beside it.
         """
         return ReadOptions(**msgspec.structs.asdict(self), again=again)
 
@@ -221,7 +221,7 @@ class Picture(msgspec.Struct, frozen=True):
 
 
 class Streaming(msgspec.Struct, frozen=True):
-    """What a running pipeline does."""
+    """Options of a running pipeline."""
 
     to: Annotated[
         tuple[str, ...],
@@ -295,7 +295,7 @@ class PageOptions(msgspec.Struct, frozen=True):
 
 
 def parse(parser: argparse.ArgumentParser, record: type[Record], arguments: Sequence[str]) -> Record:
-    """Return what the command line and the configuration file say.
+    """Return the options of the command line and the configuration file.
 
     Args:
         parser: Parser of the command, without defaults.
@@ -305,7 +305,7 @@ def parse(parser: argparse.ArgumentParser, record: type[Record], arguments: Sequ
     Raises:
         UsageError: If something is unknown or impossible.
     """
-    given = vars(parser.parse_args([*_separated(arguments, parser)]))
+    given = vars(parser.parse_args([*_separated(arguments, record)]))
     path = given.pop("config", None)
     own = dict(given.pop("set", ()))
     configured = read_configuration(Path(path), parser) if path is not None else {}
@@ -326,15 +326,15 @@ def parse(parser: argparse.ArgumentParser, record: type[Record], arguments: Sequ
     return options
 
 
-def _separated(arguments: Sequence[str], parser: argparse.ArgumentParser) -> Iterator[str]:
-    """Yield the arguments, `--limbs` as `--limbs=` where what comes after it is not its value but a source."""
-    has_limbs = "--limbs" in parser._option_string_actions  # noqa: SLF001 - argparse has no other way to ask
+def _separated(arguments: Sequence[str], record: type[msgspec.Struct]) -> Iterator[str]:
+    """Yield the arguments, with `--limbs=` for a `--limbs` that a source follows instead of its value."""
+    has_limbs = any(one.flag == "limbs" for one in declared(record))
     for argument, following in zip(arguments, [*arguments[1:], ""], strict=False):
         yield "--limbs=" if has_limbs and argument == "--limbs" and not _GROUPS.match(following) else argument
 
 
 def _check_settings(path: str, options: Any, without: Any) -> None:
-    """Refuse settings that are wrong because of a configuration file by the file's name."""
+    """Refuse settings that only the configuration file makes wrong; the error names the file."""
     try:
         options.segmentation.settings()
     except SettingsError as error:

@@ -10,12 +10,12 @@ from mossar_stream import LevelName, Settings
 def as_toml(settings: Settings, level: LevelName | float, strength: float) -> str:
     """Return settings as TOML.
 
-    Everything that the level's bundle brings is written out, so that the file means the same whatever it is
-    used with. A range taken from a whole file is left out, because streams have none.
+    All values of the level's bundle are written out, so that the file does not depend on other settings. A range of a
+    whole recording is left out, because streams have none.
 
     Args:
-        settings: As they are now; `level` as it was at the start.
-        level: As it is now.
+        settings: The present settings, with `level` as it was at the start.
+        level: The present level.
         strength: The strength of `level`.
 
     Example:

@@ -1,5 +1,5 @@
-"""Speed: what developers measure beside `mossar bench`; `python -m checks.speed`.
+"""Speed: measures for developers, beside `mossar bench`; `python -m checks.speed`.
 
-Each module measures one thing with the parts of `mossar_tools.bench`. Some look below the public face, since they time
+Each module measures one thing with the parts of `mossar_tools.bench`. Some use private parts of the core, since they time
 single kernels.
 """

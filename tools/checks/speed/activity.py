@@ -1,8 +1,8 @@
-"""Activity: what following it costs a frame, and what it takes in memory.
+"""Activity: its cost per frame, and its memory.
 
-`follow_speeds_alone` of the core is that part of its frame step, on speeds that were computed before: the loop around it
-counts, too. What it reports is measured by whole streams, in turn with the usual
-`rest_seconds` and with one so long that the performer begins to move once and never rests.
+`follow_speeds_alone` of the core is that part of its frame step, on speeds that were computed before; its time includes
+the loop around it. The cost of its events is measured with whole streams, in turn with the usual `rest_seconds` and with
+one so long that the performer begins to move once and never rests.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ BYTES = 200  # of a channel
 SIZE = 1000  # frames of a chunk
 LONGEST = 60.0  # s of rest_seconds
 STATE, BOUT = RECORDS["Row"]["activity"], RECORDS["Bout"]
-TURNS = 8  # runs of each kind for one timing of what is reported
+TURNS = 8  # runs of each kind for one timing of the events
 
 
 def speeds_of(motion: Motion, chunks: list[Chunk]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -36,7 +36,7 @@ def speeds_of(motion: Motion, chunks: list[Chunk]) -> tuple[NDArray[np.float64],
 
 
 def measure(work: Work) -> Iterator[Measurement]:
-    """Yield the bytes of a channel, and the ns that a frame costs."""
+    """Yield the bytes of a channel, and the cost of a frame, ns."""
     part, motion = "activity", work.single
     taken = STATE.itemsize + BOUTS * BOUT.itemsize
     note = f"state {STATE.itemsize}, {BOUTS} bouts of {BOUT.itemsize}"
@@ -44,7 +44,7 @@ def measure(work: Work) -> Iterator[Measurement]:
     chunks = motion.chunks(work.some(120_000, 4000), SIZE)
     speeds, times = speeds_of(motion, chunks)
     segmenter = Segmenter(motion.skeleton, Settings(), fps=motion.fps)
-    for chunk in chunks[:10]:  # after which the noise is known
+    for chunk in chunks[:10]:  # enough to estimate the noise
         segmenter.push(*chunk)
     row, bouts = segmenter.row.memory, np.zeros(BOUTS, BOUT)
     changes = follow_speeds_alone(row, bouts, speeds, times)
@@ -67,7 +67,7 @@ def _step_often(
 
 
 def _reporting(work: Work, motion: Motion, chunks: list[Chunk]) -> Measurement:
-    """Return what the events of activity cost a frame."""
+    """Return the cost of the events of activity per frame."""
     frames = sum(len(times) for _, times in chunks)
     events = _streamed(motion, chunks, 0.25)
     with_events, without = [], []
@@ -84,7 +84,7 @@ def _reporting(work: Work, motion: Motion, chunks: list[Chunk]) -> Measurement:
 
 
 def _streamed(motion: Motion, chunks: list[Chunk], rest_seconds: float) -> int:
-    """Stream a motion and return the events of activity."""
+    """Stream a motion and return the number of events of activity."""
     segmenter = Segmenter(motion.skeleton, Settings(rest_seconds=rest_seconds), fps=motion.fps)
     found = 0
     for positions, times in chunks:

@@ -1,4 +1,4 @@
-"""Forms: how long a push takes when frames are arrays of another form than ours."""
+"""Forms: the duration of a push of frames in other forms than contiguous float32."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -10,9 +10,9 @@ from mossar_tools.bench.motion import Motion
 from mossar_tools.bench.push import Form, waits
 from mossar_tools.bench.work import Work
 
-MORE = 1.0  # µs that another form of array may take beyond ours
+MORE = 1.0  # µs that another form of array may take longer
 
-# What people hand over instead of contiguous float32 and a Python float.
+# Forms that callers pass instead of contiguous float32 and a Python float.
 FORMS: Final[dict[str, Form]] = {
     "float64 positions": lambda frame, moment: (frame.astype(np.float64), moment),
     "numpy scalar as time": lambda frame, moment: (frame, np.float64(moment)),
@@ -30,10 +30,10 @@ def measure(work: Work) -> Iterator[Measurement]:
 
 
 def forms(motion: Motion, frames: int, repeats: int) -> Iterator[Measurement]:
-    """Yield the median for each form in which frames are handed over; arrays are compared with our own form."""
+    """Yield the median for each form of frames; arrays have a target relative to contiguous float32."""
     every: dict[str, Form | None] = {"": None, **FORMS, **LISTS}
     runs: dict[str, list[float]] = {name: [] for name in every}
-    for _ in range(repeats):  # one beside the other, so that neighbours disturb all of them
+    for _ in range(repeats):  # in turn, so that other processes disturb all forms alike
         for name, form in every.items():
             runs[name].append(float(np.median(waits(motion, frames, form)[0])) * 1e6)
     own = float(np.median(runs.pop("")))

@@ -22,7 +22,7 @@ TARGETS = {40: 0.1}  # s
 
 
 def measure(work: Work) -> Iterator[Measurement]:
-    """Yield, for each N, what all recordings together take from positions to strengths."""
+    """Yield the time from positions to strengths of all recordings together, for each N."""
     for edges in EDGES[:: work.some(1, 8)]:
         settings = Settings.build("paper", {"edges": edges})
         keys = segment_all(work, settings)

@@ -1,4 +1,4 @@
-"""Latency: from sending a frame to receiving the event that it caused, by a client outside `mossar run`."""
+"""Latency: the time from sending a frame to receiving its event, in a client outside `mossar run`."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,7 @@ _ADDED = {"p50": Target(1.0), "p99": Target(5.0)}
 
 
 def measure(work: Work) -> Iterator[Measurement]:
-    """Yield the delays over OSC and ZeroMQ, in and out, at 60 frames/s, and what they are more than a plain echo's."""
+    """Yield the delays over OSC and ZeroMQ, in and out, at 60 frames/s, and their excess over those of a plain echo."""
     for transport in RATES:
         work.on_progress(f"latency: {transport}")
         found = delays(transport, work.some(int(SECONDS), 3))

@@ -1,4 +1,4 @@
-"""Limbs: what key frames of five limbs add to a frame, alone and with moves; their events are part of it."""
+"""Limbs: the cost of key frames of five limbs, with their events, per frame, alone and with moves."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from mossar_tools.bench.work import Work
 
 
 def measure(work: Work) -> Iterator[Measurement]:
-    """Yield what limbs add to a push on average, its 99.9 % quantile, and the memory of a performer."""
+    """Yield the mean time that limbs add to a push, its 99.9 % quantile, and the memory of a performer."""
     motion = performer(work.some(120, 8), joints=JOINTS)
     moves = examples_of(performer(120, joints=JOINTS, seed=2))
 

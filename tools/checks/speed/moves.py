@@ -1,4 +1,4 @@
-"""Moves: what recognising moves adds to a frame, and how long a push takes at most, with a game's number of examples."""
+"""Moves: the cost of recognising moves per frame, and the longest pushes, with a game's number of examples."""
 
 from collections.abc import Iterator
 
@@ -18,10 +18,10 @@ LONGEST = 500.0  # µs, p99.9 of a push
 
 
 def measure(work: Work) -> Iterator[Measurement]:
-    """Yield what moves add to a push on average, its 99.9 % quantile, and the memory of a performer."""
+    """Yield the mean time that moves add to a push, its 99.9 % quantile, and the memory of a performer."""
     seconds = work.some(120, 8)
     motion = performer(seconds, joints=JOINTS)
-    moves = examples_of(performer(120, joints=JOINTS, seed=2))  # shorter ones rest in some stretches
+    moves = examples_of(performer(120, joints=JOINTS, seed=2))  # a shorter motion rests in some stretches
     runs = [waits(motion, _pair(motion, moves), work.some(50_000, 2000)) for _ in range(work.some(5, 1))]
     what = f"{motion.name}, {len(moves)} examples, {JOINTS} joints"
     yield from added("moves", what, runs, MORE, LONGEST)
@@ -34,7 +34,7 @@ def _pair(motion: Motion, moves: Moves) -> list[Segmenter]:
 
 
 def examples_of(motion: Motion) -> Moves:
-    """Return moves whose examples are parts of a motion, of each stretch the liveliest."""
+    """Return moves whose examples are parts of a motion: the liveliest part of each stretch."""
     length = min(round(SECONDS * motion.fps), len(motion.times) // EXAMPLES)
     begins = np.arange(EXAMPLES) * (len(motion.times) // EXAMPLES)
     moves = Moves(motion.skeleton)

@@ -18,13 +18,13 @@ from mossar_tools.bench.measurement import Measurement
 from mossar_tools.bench.work import Work
 
 EDGES = tuple(range(5, 50, 5))  # N
-PAIRS = 40  # neighbours looked at, at most
-VISITED = 100_000  # paths that are visited one by one, at most; beyond, their number is multiplied
-TURNS = 200  # of a sum that takes microseconds
+PAIRS = 40  # pairs of neighbours to compare, at most
+VISITED = 100_000  # paths that are visited one by one, at most; the time of more paths is extrapolated
+TURNS = 200  # repetitions of a sum that takes microseconds
 
 
 class Pair(NamedTuple):
-    """What two segments' graphs have in common, weighted."""
+    """The weighted common part of two segments' graphs."""
 
     vertices: NDArray[np.float64]  # (J,)
     edges: NDArray[np.int64]  # (E, 2)
@@ -56,7 +56,7 @@ def _compared(count: int, pairs: Sequence[Pair]) -> Iterator[Measurement]:
 
 
 def _exact(pair: Pair) -> float:
-    """Return what one exact sum takes, us."""
+    """Return the duration of one exact sum, us."""
     sum_of_paths(*pair, 1)
     began = time.perf_counter()
     sum_of_paths(*pair, 1)
@@ -67,7 +67,7 @@ def _exact(pair: Pair) -> float:
 
 
 def _visited(pair: Pair) -> tuple[float, float]:
-    """Return what a visit of every path takes, us, and how many there are."""
+    """Return the duration of a visit of every path, us, and the number of paths."""
     paths = sum_of_paths((pair.vertices > 0).astype(np.float64), pair.edges, np.ones(len(pair.edges)), 1)
     edges = [(int(u), int(v)) for u, v in pair.edges]
     part = len(edges)
@@ -81,7 +81,7 @@ def _visited(pair: Pair) -> tuple[float, float]:
 
 
 def pair_of(left: SegmentGraph, right: SegmentGraph) -> Pair:
-    """Return what the path kernel sums over, in the paper's form."""
+    """Return the weights of the path kernel's sum, in the paper's form."""
     weights = [_cosine(x, y) for x, y in zip(left.covariances, right.covariances, strict=True)]
     common = [edge for edge in left.edges if edge in right.edges]
     ratios = [min(left.edges[e], right.edges[e]) / max(left.edges[e], right.edges[e]) for e in common]

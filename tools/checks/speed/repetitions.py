@@ -1,4 +1,4 @@
-"""Repetitions: what counting them adds to a frame."""
+"""Repetitions: the cost of counting them, per frame."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,7 @@ MORE = 1.5  # µs that a frame may take longer on average
 
 
 def measure(work: Work) -> Iterator[Measurement]:
-    """Yield what counting repetitions adds to a push on average, and how long the push with a look at them takes."""
+    """Yield the mean time that counting repetitions adds to a push, and the duration of a push with an analysis."""
     motion = performer(work.some(120, 8), joints=JOINTS)
     runs = []
     for _ in range(work.some(5, 1)):

@@ -1,4 +1,4 @@
-"""Sizes: what joints and undecided key frames cost."""
+"""Sizes: the cost of joints and of undecided key frames."""
 
 from collections.abc import Iterator
 

@@ -18,13 +18,13 @@ SETTINGS = Settings(noise_margin=0.0, level="posture")  # equation 1; noise is n
 
 
 def run_splitting(motion: Motion, chunks: list[Chunk], until: int = SPLITTING) -> int:
-    """Split a motion from its beginning and return the number of key frames; until is SPLITTING or VELOCITY_ALONE."""
+    """Split a motion from its start and return the number of key frames; until is SPLITTING or VELOCITY_ALONE."""
     row = Plan(motion.skeleton, SETTINGS, motion.fps).new_row()
     return sum(split_frames(row, positions, times, until) for positions, times in chunks)
 
 
 def runs_of_splitting(work: Work, motion: Motion, until: int) -> tuple[int, list[Timing]]:
-    """Return the frames of a run, and what the runs took."""
+    """Return the number of frames in a run, and the timings of the runs."""
     frames = work.some(1_000_000, 2000)
     chunks = motion.chunks(frames, SIZE)
     run_splitting(motion, chunks[:2], until)

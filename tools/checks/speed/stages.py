@@ -1,6 +1,6 @@
-"""Stages: what each part of the way from positions to events costs.
+"""Stages: the cost of each step from positions to events.
 
-Velocity and envelope are driven alone; the rest is what the whole stream costs more.
+Velocity and envelope run alone; the rest is the additional cost of the whole stream.
 """
 
 import time
@@ -28,7 +28,7 @@ from mossar_tools.bench.measurement import Measurement, Timing, duration, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work
 
-# Calls of some microseconds are timed by the processor's clock where it ticks quickly enough.
+# Calls of some microseconds are timed by the processor's clock if its resolution is fine enough.
 _FINE = time.get_clock_info("thread_time").resolution <= 1e-6
 _ticks = time.thread_time if _FINE else time.perf_counter
 
@@ -43,7 +43,7 @@ class _Drive:
         self._core = Performer(Workspace(), (Channel(plan, "p1", plan.new_row()),))
         self.remerging = 0.0  # s, remerge
         self.recording = 0.0  # s, making event records
-        self.looking = 0.0  # s, at what is repeated
+        self.looking = 0.0  # s, analysing repetitions
         self.calls = 0
         self.events = 0
 
@@ -105,7 +105,7 @@ def measure(work: Work) -> Iterator[Measurement]:
 
 
 def less(runs: list[Timing], others: list[Timing]) -> list[Timing]:
-    """Return what runs took more than others."""
+    """Return the times of runs minus the median time of others, at least 0."""
     less = (
         float(np.median([other.wall for other in others])),
         float(np.median([other.cpu for other in others])),

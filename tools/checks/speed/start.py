@@ -1,4 +1,4 @@
-"""Start: how long a user waits for an import, and for the first event."""
+"""Start: the time to import the core, and the time to the first event."""
 
 import os
 import subprocess
@@ -29,7 +29,7 @@ def measure(work: Work) -> Iterator[Measurement]:
 
 
 def first_import() -> Timing:
-    """Return what importing the core takes in a new interpreter."""
+    """Return the time to import the core in a new interpreter."""
     command = [sys.executable, "-c", _PROGRAM]
     done = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603 - our own interpreter
     wall, cpu = map(float, done.stdout.split())
@@ -37,10 +37,10 @@ def first_import() -> Timing:
 
 
 def first_event() -> Timing:
-    """Return what it takes from starting `mossar demo` to its first line.
+    """Return the time from the start of `mossar demo` to its first line.
 
     Raises:
-        MossarError: If it puts nothing out.
+        MossarError: If it prints nothing.
     """
     before, began = _children(), time.perf_counter()
     pipe = subprocess.PIPE

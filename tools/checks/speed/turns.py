@@ -1,4 +1,4 @@
-"""Turns: how long pushes take without something and with it, block by block in turn: neighbours disturb both alike."""
+"""Turns: the duration of pushes without and with a feature, in blocks by turns: other processes disturb both alike."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -17,11 +17,11 @@ processor_time = getattr(time, "thread_time", time.process_time)
 
 
 class Waits(NamedTuple):
-    """How long pushes took.
+    """Durations of pushes.
 
     Args:
-        mean: s of processor time a push.
-        wall: (n,) s, each push by the wall clock, in blocks without an interruption; all of them if there is none.
+        mean: Mean processor time of a push, s.
+        wall: (n,) s, each push by the wall clock, in blocks without an interruption; all pushes if there is no such block.
     """
 
     mean: float
@@ -29,12 +29,12 @@ class Waits(NamedTuple):
 
 
 def waits(motion: Motion, pair: Sequence[Segmenter], frames: int) -> tuple[Waits, Waits]:
-    """Push frames one by one into each of two segmenters in turn, and return how long that took.
+    """Push frames one by one into each of two segmenters in turn, and return the durations.
 
     Args:
-        motion: Of both.
-        pair: The segmenter without something, and that with it.
-        frames: How many are measured; as many as warm up come before.
+        motion: The motion to push.
+        pair: The segmenter without a feature, and the one with it.
+        frames: Number of measured frames; `WARM_UP` frames come before.
     """
     stream = singles(motion.chunks(WARM_UP + frames, 1 << 20))
     for positions, moment in (next(stream) for _ in range(WARM_UP)):
@@ -61,14 +61,14 @@ def added(
     more: float | None = None,
     longest: float | None = None,
 ) -> Iterator[Measurement]:
-    """Yield what something adds to a push on average, and the 99.9 % quantile of the pushes with it.
+    """Yield the mean time that a feature adds to a push, and the 99.9 % quantile of the pushes with it.
 
     Args:
-        part: Of the table.
-        what: Was measured.
-        runs: Without it and with it.
-        more: µs that a frame may take longer on average, if that is wanted.
-        longest: µs that the quantile may be, if that is wanted.
+        part: Part of the table.
+        what: Name of the measured feature.
+        runs: Durations without the feature and with it.
+        more: Target of the added mean time, µs; None for no target.
+        longest: Target of the quantile, µs; None for no target.
     """
     means = tuple((on.mean - off.mean) * 1e6 for off, on in runs)
     high = tuple(float(np.quantile(on.wall, 0.999)) * 1e6 for _, on in runs)

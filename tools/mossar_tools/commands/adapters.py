@@ -31,7 +31,7 @@ EXAMPLES = """  mossar adapters
   mossar adapters --get-model --model lite            those for slow machines
 """
 
-LISTEN = 3.0  # s to listen to a source that is checked
+LISTEN = 3.0  # s, time of listening with --check
 
 
 GetModel = Annotated[
@@ -99,7 +99,7 @@ def run(options: Options, console: Console) -> int:
 
 
 def _extra(row: "Scheme | Format | AnnotationFormat") -> str:
-    """Return which extra a row needs, and how to get it if it is missing."""
+    """Return the extra that a row needs, with the command that installs it if it is missing."""
     if row.extra is None:
         return ""
     if row.available():
@@ -108,7 +108,7 @@ def _extra(row: "Scheme | Format | AnnotationFormat") -> str:
 
 
 def _devices(scheme: "Scheme") -> list[str]:
-    """Return what is there of a scheme's hardware."""
+    """Return lines about the available hardware of a scheme."""
     if scheme.available() and "oak" in scheme.names:
         from mossar_adapters.oak.check import summary
 
@@ -139,7 +139,7 @@ def _check(url: str, reading: ReadOptions, console: Console) -> int:
         console.line(f"{url}: {frames} frames, {rate}, performers {', '.join(recording.performers)}")
         console.line(f"{len(recording.skeleton)} joints: {', '.join(recording.skeleton.names)}")
         return DONE
-    # A performance that ends is counted whole; of what goes on, what comes meanwhile.
+    # A performance that ends is counted whole; an endless one while listening.
     ends = parse_url(url).scheme == "demo" and "seconds" in parse_url(url).options
     return _listened(source_of(url, reading, speed="max" if ends else None), console)
 

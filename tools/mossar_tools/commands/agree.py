@@ -1,4 +1,4 @@
-"""`mossar agree`: how well people, or a person and the program, agree on labels."""
+"""`mossar agree`: agreement on labels between people, or between a person and the program."""
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
@@ -84,7 +84,7 @@ def run(options: Options, console: Console) -> int:
 
 
 def _labellers(sources: Sequence[str]) -> list[str]:
-    """Return the name of each labeller: the file's name, with as much of its path as tells them apart."""
+    """Return the name of each labeller: the file's name, with as much of its path as makes the names unique."""
     paths = [Path(source) for source in sources]
     for depth in range(1, max(len(path.parts) for path in paths) + 1):
         found = ["/".join(path.parts[-depth:]) for path in paths]
@@ -116,7 +116,7 @@ def _rounded(row: Mapping[str, Any]) -> dict[str, Any]:
 def _table(
     rows: Sequence[Mapping[str, Any]], wholes: "Sequence[Agreement]", labellers: Sequence[str]
 ) -> Iterator[str]:
-    """Yield a table for people, and what was confused most."""
+    """Yield a table for people, and the most frequent confusions."""
     scores = [key for key in rows[0] if key.startswith("f1_")]
     heading = "".join(f"{'F1 ' + key[3:] + ' s':>12}" for key in scores)
     yield f"{'':<40}{'boundaries':>14}{heading}{'kappa':>8}{'offset':>20}"

@@ -30,7 +30,7 @@ EXAMPLES = """  mossar bench                                  some minutes, more
 
 
 class Options(msgspec.Struct, frozen=True):
-    """The options of everything that measures."""
+    """The options of this command and of `checks.speed`."""
 
     sources: Annotated[tuple[str, ...], operand("FILE", "recordings, or labelled folders", "*")] = ()
     only: Annotated[
@@ -51,12 +51,12 @@ def run(options: Options, console: Console) -> int:
 
 
 def measured(options: Options, console: Console, measures: Measures) -> int:
-    """Measure, put everything out, and return the exit status.
+    """Measure, write all outputs, and return the exit status.
 
     Args:
         options: The user's options.
-        console: Where words go.
-        measures: What there is to measure.
+        console: The terminal.
+        measures: The measures by name.
     """
     outputs = Outputs.of(options)
     from mossar_tools.bench.machine import Watch
@@ -81,7 +81,7 @@ def measured(options: Options, console: Console, measures: Measures) -> int:
 
 
 def _rows(measures: Measures, options: Options, console: Console, *, shown: bool) -> "list[Measurement]":
-    """Measure part by part; tables appear as soon as they are there."""
+    """Measure part by part; each table appears when its part is measured."""
     from mossar_tools.bench.machine import Watch
     from mossar_tools.bench.report import part_lines
     from mossar_tools.bench.work import prepare

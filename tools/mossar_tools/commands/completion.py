@@ -38,7 +38,7 @@ def run(options: Options, console: Console) -> int:
 
 
 def _parser(files: Mapping[str, Any]) -> argparse.ArgumentParser:
-    """Return one parser with all commands, as the library wants it."""
+    """Return one parser with all commands, as the library needs it."""
     from mossar_tools.cli import COMMANDS, command_called
 
     parser = argparse.ArgumentParser(prog="mossar")
@@ -46,7 +46,7 @@ def _parser(files: Mapping[str, Any]) -> argparse.ArgumentParser:
     for name, summary in COMMANDS.items():
         own = commands.add_parser(name, help=summary)
         add_options(own, command_called(name).Options)
-        for action in own._actions:  # noqa: SLF001 - how the library finds them, too
+        for action in own._actions:  # noqa: SLF001 - the library finds them in the same way
             if action.metavar in _FILES:
                 action.complete = files  # type: ignore[attr-defined]
     return parser

@@ -10,7 +10,7 @@ from mossar_tools.declared import Option, Section
 from mossar_tools.options import Messages, Segmenting, Speed, Streaming
 from mossar_tools.values import count, share, whole
 
-SECONDS = 30.0  # of motion, unless the user says otherwise
+SECONDS = 30.0  # of motion by default
 
 INTRODUCTION = (
     "A built-in performer plays a script: it rests, walks, turns, punches, kicks, jumps, squats and waves. mossar sees the joints "

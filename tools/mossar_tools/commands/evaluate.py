@@ -124,7 +124,7 @@ def _refuse_what_would_change_nothing(options: Options) -> None:
 
 
 def _is_of_moves(options: Options) -> bool:
-    """Return whether the folder is one of moves; a demo is none."""
+    """Return whether the folder holds moves; a demo is no folder."""
     from mossar_tools.evaluation.moves_report import is_of_moves
 
     address = parse_url(options.sources[0])
@@ -193,7 +193,7 @@ def _sets(options: Options, console: Console, outputs: Outputs, settings: Settin
 
 
 def _progress(console: Console, steps: int) -> Callable[[str], None]:
-    """Return a function that is called before each step, and shows a bar."""
+    """Return a function that shows a progress bar; it must be called before each step."""
     done = itertools.count()
     return lambda text: console.progress(next(done) / steps, text)
 

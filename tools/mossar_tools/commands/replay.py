@@ -76,7 +76,7 @@ def run(options: Options, console: Console) -> int:
                 sink.close()
         except OutputClosedError:
             raise BrokenPipeError from None
-        except (FileError, FrameError):  # the recording is damaged, or lacks a joint that was asked for
+        except (FileError, FrameError):  # the recording is damaged, or lacks a joint of the options
             raise
         except MossarError as error:  # a sink failed
             LOGGER.error("%s", error)

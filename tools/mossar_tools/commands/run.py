@@ -62,11 +62,11 @@ class Options(msgspec.Struct, frozen=True):
 
 
 def as_run(options: msgspec.Struct, **changes: Any) -> Options:
-    """Return what the options of another command mean to this one, whose defaults stand for those that it lacks.
+    """Return the options of another command as options of this one, with defaults for those that the other lacks.
 
     Args:
-        options: Of the other command.
-        changes: Fields that are not as the user says.
+        options: The other command's options.
+        changes: Fields that override the user's.
     """
     return msgspec.structs.replace(msgspec.convert(options, Options, from_attributes=True), **changes)
 

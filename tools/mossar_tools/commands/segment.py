@@ -75,7 +75,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment 'demo:?seed=3' --plot demo.pdf --dark
 """
 
-# Parts of a report that are counted in the line of one of several recordings.
+# Parts of a report whose numbers stand in the line of a recording, if there are several recordings.
 _COUNTED = {
     "repetitions": "repetition",
     "followed": "followed move",
@@ -183,7 +183,7 @@ def run(options: Options, console: Console) -> int:
 
 
 def _until(options: Options) -> Options:
-    """Return the options with what `--to` says as `--until`, which it was called before.
+    """Return the options with the value of `--to`, the former name of `--until`, as `until`.
 
     Raises:
         UsageError: If both are given.
@@ -197,7 +197,7 @@ def _until(options: Options) -> Options:
 
 
 def _files(options: Options) -> list[str]:
-    """Return the recordings, with patterns filled in where the shell did not do it.
+    """Return the recordings, with the patterns expanded that the shell left.
 
     Raises:
         UsageError: If there is none.
@@ -211,7 +211,7 @@ def _files(options: Options) -> list[str]:
     found = []
     for name in options.sources:
         pattern = glob.has_magic(name) and not Path(name).exists()
-        matching = sorted(glob.glob(name)) if pattern else []  # noqa: PTH207 - of any folder, as the shell does it
+        matching = sorted(glob.glob(name)) if pattern else []  # noqa: PTH207 - in any folder, as in the shell
         found += matching or [name]
     if not found:
         raise UsageError("which recording? A file, several, or demo: (see mossar segment --help)")
@@ -271,7 +271,7 @@ def _one(file: str, options: Options, outputs: Outputs, console: Console) -> int
 def _clips(
     options: Options, loaded: "LoadedRecording", result: "Result", chosen: "Segmentation"
 ) -> "tuple[list[Clip], list[dict[str, Any]]]":
-    """Return what `--of` cuts, and the row of each."""
+    """Return the clips that `--of` selects, and the row of each."""
     from mossar_adapters.files.clips import Clip, clips_of_segments
     from mossar_tools.batch import rows_of, rows_of_segments
 
@@ -289,7 +289,7 @@ def _clips(
 
 
 def _clip_name(row: "dict[str, Any]") -> str:
-    """Return what the clip of a move, a performance or a repetition is called."""
+    """Return the name of the clip of a move, a performance or a repetition."""
     of = row.get("name") or row["channel"]
     return str(of) if row["state"] == "move" else f"{of}_{row['count']}"
 
@@ -328,7 +328,7 @@ def _export(
 def _tiers(
     file: str, options: Options, loaded: "LoadedRecording", result: "Result", chosen: "Segmentation"
 ) -> "list[Tier]":
-    """Return what annotators see: the level that was chosen, the other named ones, moves, repetitions and limbs."""
+    """Return the tiers for annotators: the chosen level, the other named ones, moves, repetitions and limbs."""
     from mossar_adapters.annotations.tiers import (
         follow_tiers,
         key_frame_tier,
@@ -372,7 +372,7 @@ def _tiers(
 
 
 def _found(done: "Segmented") -> Iterator[str]:
-    """Yield how much was found in a recording: the answers first."""
+    """Yield the counts of a recording, those of moves, repetitions and steps first."""
     for name, one in _COUNTED.items():
         if name in done.report:
             yield counted(len(done.report[name]), one)

@@ -1,4 +1,4 @@
-"""`mossar settings`: the value of every setting, where it comes from, and its effect."""
+"""`mossar settings`: the value of every setting, its source, and its effect."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
@@ -20,9 +20,9 @@ EXAMPLES = """  mossar settings
   mossar settings --json | jq '.settings.window.value'
 """
 
-FIRST = ("level", "rests", "sig_threshold", "range_floor", "remerge_seconds")  # those to begin with
+FIRST = ("level", "rests", "sig_threshold", "range_floor", "remerge_seconds")  # for a first look
 LONG = 20  # characters of legal values that are not repeated in the table
-# Which other settings a value follows where it is left to the bundle; the first that is given counts.
+# Other settings that set a value left to the bundle; the first that is given counts.
 FOLLOWED = {
     "range_floor": ("window",),
     "location": ("similarity",),
@@ -58,7 +58,7 @@ def run(options: Options, console: Console) -> int:
 
 
 def _lines(options: Options, rows: Sequence[Mapping[str, Any]], console: Console) -> Iterator[str]:
-    """Yield the table that is wanted: of the first settings and those that were set, or of all."""
+    """Yield the table of the first settings and those that were set, or of all."""
     set_here = {name.partition(".")[0] for name in options.segmentation.set}
     first = [row for row in rows if row["name"].partition(".")[0] in {*FIRST, *set_here}]
     first.sort(key=lambda row: FIRST.index(row["name"]) if row["name"] in FIRST else len(FIRST))
@@ -81,7 +81,7 @@ def _rows(found: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _table(rows: Sequence[Mapping[str, Any]], console: Console) -> Iterator[str]:
-    """Yield a line for each setting; where it does not fit the terminal, its effect follows on lines of its own."""
+    """Yield a line for each setting; if it does not fit the terminal, its effect follows on separate lines."""
     columns = {"name": "setting", "value": "value", "unit": "unit", "from": "from", "legal": "legal"}
     shown = [{**row, "legal": row["legal"] if len(row["legal"]) < LONG else "see the right"} for row in rows]
     widths = {key: max(len(title), *(len(row[key]) for row in shown)) for key, title in columns.items()}
@@ -99,7 +99,7 @@ def _table(rows: Sequence[Mapping[str, Any]], console: Console) -> Iterator[str]
 
 
 def explained(segmentation: Segmenting) -> dict[str, dict[str, Any]]:
-    """Return for each setting its value, unit, legal values, where the value comes from and its effect."""
+    """Return value, unit, legal values, source of the value, and effect of each setting."""
     chosen = segmentation.settings()
     resolved = chosen.resolved()
     found = {}
@@ -132,7 +132,7 @@ def _origin(name: str, segmentation: Segmenting, chosen: Settings) -> str:
 
 
 def _followed(name: str, chosen: Settings) -> str:
-    """Return what a value left to the bundle follows instead; empty if nothing."""
+    """Return the setting that sets a value left to the bundle; empty if none does."""
     own = Settings(level=chosen.level).bundle_values()[name]
     if chosen.bundle_values()[name] == own:
         return ""

@@ -142,7 +142,7 @@ class Options(msgspec.Struct, frozen=True):
     messages: Messages = Messages()
 
     def reading(self) -> ReadOptions:
-        """Return how a recording is read."""
+        """Return the options for reading a recording."""
         return self.body.reading(again=self.picture.force)
 
 
@@ -178,7 +178,7 @@ def run(options: Options, console: Console) -> int:
 
 
 def _check_places(options: Options) -> None:
-    """Refuse a line without a source, with several, or with the source in the place of the file of moves."""
+    """Refuse a command line without a source, with several, or with the source in the place of the file of moves."""
     if _is_source(options.file):
         files = [name for name in options.sources if name.lower().endswith(".json")] or ["moves.json"]
         exchanged = msgspec.structs.replace(options, file=files[0], sources=(options.file,))
@@ -192,22 +192,22 @@ def _check_places(options: Options) -> None:
 
 
 def _is_source(text: str) -> bool:
-    """Return whether this is a stream or a recording, and no name of a file of moves."""
+    """Return whether a text names a stream or a recording, and not a file of moves."""
     from mossar_tools.opening import command_for
 
     return not text.lower().endswith((".json", ".txt")) and command_for(text) is not None
 
 
 def _line(options: Options) -> str:
-    """Return a line that teaches a move of the first source."""
+    """Return a command line that teaches a move from the first source."""
     return f"mossar teach {options.file} {options.sources[0]} --name {options.name or options.pose or 'wave'}"
 
 
 def _check_pose(options: Options) -> None:
-    """Refuse what does not go with a pose.
+    """Refuse options that do not apply to a pose.
 
     Raises:
-        UsageError: If there is any.
+        UsageError: If one is given.
     """
     if options.pose is None:
         if options.hold is not None:
@@ -226,10 +226,10 @@ def _check_pose(options: Options) -> None:
 
 
 def _check_contents(options: Options) -> None:
-    """Refuse a stream beside what only changes or shows the file.
+    """Refuse a stream beside options that only change or show the file.
 
     Raises:
-        UsageError: If there is one.
+        UsageError: If one is given.
     """
     alone = {"--undo": options.undo, "--list": options.list, "--remove": options.remove is not None}
     given = [name for name, is_given in alone.items() if is_given]
@@ -242,10 +242,10 @@ def _check_contents(options: Options) -> None:
 
 
 def _check_live(options: Options) -> None:
-    """Refuse options of live teaching where nothing is live.
+    """Refuse options of live teaching without a stream.
 
     Raises:
-        UsageError: If there is any.
+        UsageError: If one is given.
     """
     parts = {
         "--from and --until": options.begin is not None or options.until is not None,
@@ -271,7 +271,7 @@ def _check_live(options: Options) -> None:
 
 
 def _undo(options: Options, console: Console) -> int:
-    """Take back the last example, of the named move or of all."""
+    """Remove the last example, of the named move or of all."""
     from mossar_tools.moves_file import take_back
 
     example, left = take_back(options.file, options.name)
@@ -298,7 +298,7 @@ def _has_rules(options: Options) -> bool:
 
 
 def _set_rules(options: Options, console: Console) -> int:
-    """Change how the moves of a file are recognised."""
+    """Change the rules by which the moves of a file are recognised."""
     with changing(options.file) as moves:
         _apply_rules(options, moves)
     name = options.name or options.pose
@@ -377,9 +377,9 @@ def _teach_labels(options: Options, console: Console) -> int:
 def _teach_parts(
     options: Options, console: Console, parts: list[tuple[float, float, str]], *, from_first: bool = False
 ) -> int:
-    """Take parts of a recording, all or none of them; times are on its clock, or count from the first frame.
+    """Teach parts of a recording, all or none of them; times are on its clock, or count from the first frame.
 
-    With `--from` and `--until` those that lie between them are taken.
+    With `--from` and `--until` only the parts between them are taught.
     """
     from mossar_tools.loaded_recording import load_recording
 
@@ -414,7 +414,7 @@ def _teach_parts(
 def _within(
     options: Options, parts: list[tuple[float, float, str]], origin: float
 ) -> list[tuple[float, float, str]]:
-    """Return the moves of a table that lie in the part of the recording that the options name.
+    """Return the moves of a table that lie between `--from` and `--until`.
 
     Raises:
         UsageError: If there is none.
@@ -428,7 +428,7 @@ def _within(
 
 
 def _discover(options: Options, console: Console) -> int:
-    """Show the kinds of moves in a recording, and take those that are named."""
+    """Show the kinds of moves in a recording, and teach those with a name."""
     from mossar_tools.discovering import MOST_DRAWN, discover, draw_kinds, lines_of
     from mossar_tools.loaded_recording import load_recording
     from mossar_tools.outputs import Outputs
@@ -478,7 +478,7 @@ def _what_is_in(moves: "Moves") -> str:
 
 
 def _teach_live(options: Options, console: Console) -> int:
-    """Take movements as they come."""
+    """Teach moves from a live stream."""
     from mossar_tools.live_teaching import LiveTeaching
 
     teaching = LiveTeaching(options, console)

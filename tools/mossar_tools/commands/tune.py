@@ -105,7 +105,7 @@ def _segment(recording: LoadedRecording, settings: Settings, options: Options) -
 
 
 def _strengths(recording: LoadedRecording, result: "Result") -> Iterator[str]:
-    """Yield a table: how many key frames stand at which strength."""
+    """Yield a table of the number of key frames kept at each strength."""
     strengths = sorted((key.strength for key in result.key_frames), reverse=True)
     minutes = _minutes(recording)
     yield f"{recording.name}: {len(strengths)} key frames in {60 * minutes:.1f} s; level {result.settings.level}"
@@ -142,7 +142,7 @@ def _chosen(
     truth: "tuple[Sequence[Cut], float] | None",
     console: Console,
 ) -> float | None:
-    """Return the strength that suits, and say what it gives; None if there is nothing to choose by."""
+    """Return the strength that fits the options, and print its result; None without a target."""
     ranked = sorted(result.key_frames, key=lambda key: -key.strength)
     if per_minute is not None:
         count = min(round(per_minute * _minutes(recording)), len(ranked))
@@ -175,7 +175,7 @@ def _chosen(
 
 
 def _between(ranked: "list[KeyFrame]", count: int) -> float:
-    """Return a strength at which so many of the key frames stand."""
+    """Return a strength at which `count` of the key frames are kept."""
     if not ranked:
         return 0.0
     above = ranked[count - 1].strength if count else 2.0 * ranked[0].strength + 1.0

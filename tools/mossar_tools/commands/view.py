@@ -81,13 +81,13 @@ def run(options: Options, console: Console) -> int:
 
 
 def _speed(options: Options) -> float | None:
-    """Return the speed where the user says nothing: that of the wall clock, where there is a choice."""
+    """Return the default speed: that of the wall clock for recordings and demos, None for live streams."""
     schemes = {parse_url(url).scheme for url in options.sources}
     return 1.0 if schemes <= {"file", "demo"} else None
 
 
 def _play(options: Options, console: Console) -> int:
-    """Show a whole recording until the user has seen enough."""
+    """Show a whole recording until the user ends it."""
     speed = options.speed or 1.0
     if speed == "max":
         raise UsageError("--speed max leaves nothing to see; give a number")

@@ -41,7 +41,7 @@ def run(options: Options, console: Console) -> int:
 
 
 def _serve(options: Options, model: str, console: Console) -> int:
-    """Do what `mossar view webcam:browser` does, and report events as before."""
+    """Run `mossar view webcam:browser`, and report events as before."""
     from mossar_tools.player_page.opening import stream_with_page
 
     LOGGER.warning("%s", POINTER)

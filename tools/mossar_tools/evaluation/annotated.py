@@ -1,4 +1,4 @@
-"""Annotated recordings: cuts from the files of annotation programs, such as our own exports that a person corrected."""
+"""Annotated recordings: cuts from the files of annotation programs, such as exports of mossar that a person corrected."""
 
 import glob
 from collections.abc import Iterator
@@ -16,16 +16,16 @@ from mossar_adapters.files.registry import FORMATS
 from mossar_adapters.regular import check_regular
 from mossar_tools.evaluation.matching import Cut
 
-_NAMED = {".csv", ".tsv"}  # may be recordings: taken for labels only where they are named
+_NAMED = {".csv", ".tsv"}  # may be recordings: labels only if a label file or option names them
 _C3D = ".c3d"  # a recording that may hold its own labels
-_EDGE = 0.05  # s; a boundary nearer to an end of the recording is none between two segments
+_EDGE = 0.05  # s; a boundary nearer to an end of the recording is no cut
 
 
 def annotated_recordings(folder: Path, described: AbstractSet[Path]) -> Iterator[tuple[Path, Path]]:
     """Yield annotation files and the recordings of the same name beside them.
 
     Args:
-        folder: Where to look, in the folders in it, too.
+        folder: The folder to search, with the folders in it.
         described: Recordings that have labels already.
     """
     known = {suffix for form in FORMATS for suffix in form.extensions} - (SUFFIXES - {_C3D, *_NAMED})
@@ -48,7 +48,7 @@ def annotated_recordings(folder: Path, described: AbstractSet[Path]) -> Iterator
 
 
 def is_annotated(path: Path) -> bool:
-    """Return whether a file is one of an annotation program, and no label file of ours."""
+    """Return whether a file is from an annotation program, and not a label file of mossar."""
     suffix = path.suffix.lower()
     return suffix in SUFFIXES and not (suffix == ".json" and _is_no_list(path))
 
@@ -56,20 +56,20 @@ def is_annotated(path: Path) -> bool:
 def annotated_cuts(
     path: Path, wanted: str | None, level: str, times: NDArray[np.float64], gap: float
 ) -> list[Cut]:
-    """Return the cuts that a tier of an annotation file stands for, s.
+    """Return the cuts in a tier of an annotation file, s.
 
-    Moments are cuts. So are the boundaries of stretches, but for the ends of the recording; the end of one and the
-    begin of the next are one cut if they are near.
+    Moments are cuts. The boundaries of stretches are cuts, too, except at the ends of the recording. The end of a
+    stretch and the start of the next are one cut if they are near.
 
     Args:
         path: The file.
         wanted: Name of the tier; None for `segments LEVEL`, `segments` or `key frames`, or else the only one.
         level: The level of the cuts.
         times: Of the frames, s; annotations count from the first.
-        gap: How far an end and the next begin may be apart, s.
+        gap: Longest gap between an end and the next start that make one cut, s.
 
     Raises:
-        MossarError: If it cannot be read, or it is not clear which tier is meant.
+        MossarError: If the file cannot be read, or the choice of the tier is not clear.
     """
     tier = chosen_tier(path, wanted, (f"{SEGMENTS} {level}", SEGMENTS, KEY_FRAMES))
     last = float(times[-1])
@@ -99,7 +99,7 @@ def _has_events(path: Path) -> bool:
 
 
 def _is_no_list(path: Path) -> bool:
-    """Return whether a JSON file is something else than an export of Label Studio, which is a list."""
+    """Return whether a JSON file is no list, and so no export of Label Studio."""
     try:
         check_regular(path)
         with path.open("rb") as file:

@@ -16,7 +16,7 @@ PERIODS = tuple(k / 4 for k in range(1, 81))  # s
 RANDOM_CUTS = 50
 RANDOM_MERGES = 24  # as many as the paper's pairs of N and L
 SEED = 1
-_KNOWS = "(knows the number of cuts)"  # a name says so, since no method that finds cuts does
+_KNOWS = "(knows the number of cuts)"  # in the names of methods, since no method that finds cuts knows it
 
 
 def chance_methods(settings: Settings) -> Iterator[Method]:
@@ -46,7 +46,7 @@ def randomly(take: Take) -> Variants:
 
 
 def merged(take: Take, settings: Settings) -> Variants:
-    """Let the key frames of splitting fall in random order, again and again; every nested set is one to choose."""
+    """Remove the key frames of splitting in several random orders; every nested set is a variant."""
     rng = np.random.default_rng(SEED)
     keys = [key.time for key in whole(take, settings).key_frames]
     sets = {}
@@ -62,7 +62,7 @@ def nested(keys: Sequence[float], falling: Sequence[float]) -> Variants:
 
     Args:
         keys: Times, s.
-        falling: The same in the order in which they fall.
+        falling: The same in the order of their removal.
     """
     kept = {len(keys): Detection(sorted(keys))}
     left = list(kept[len(keys)].times)

@@ -1,4 +1,4 @@
-"""Detection: the key frames that a method found in a take, and what a method is."""
+"""Detection: the key frames that a method found in a take, and the definition of a method."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -15,8 +15,8 @@ class Detection(msgspec.Struct, frozen=True):
 
     Args:
         times: s, increasing.
-        decided: When each was decided, s; empty where not streaming.
-        seconds: What finding them took, s; NaN where it says nothing.
+        decided: Time of each decision, s; empty if not streaming.
+        seconds: Time that the method took, s; NaN if it is not meaningful.
     """
 
     times: list[float]
@@ -24,7 +24,7 @@ class Detection(msgspec.Struct, frozen=True):
     seconds: float = math.nan
 
     def scores(self, take: Take) -> Scores:
-        """Return how well they meet the take's true cuts."""
+        """Return the scores against the take's true cuts."""
         return score(
             self.times,
             take.cuts,
@@ -35,7 +35,7 @@ class Detection(msgspec.Struct, frozen=True):
         )
 
 
-Variants = Mapping[str, Detection]  # what there is to choose from, by what sets the variants apart
+Variants = Mapping[str, Detection]  # detections to choose from, by the name of the variant
 Choice = Literal["fixed", "best for all", "best each"]
 FIXED: tuple[Choice, ...] = ("fixed",)
 
@@ -45,10 +45,10 @@ class Method(msgspec.Struct, frozen=True):
 
     Args:
         name: For the tables.
-        choices: How one of the variants is chosen: there is one only; the one best for all takes of a group; the
-            best for each take. The latter two look at the truth.
+        choices: Rules for choosing a variant: the only one; the best for all takes of a group; the best for each take.
+            The latter two look at the truth.
         run: Finds key frames in a take.
-        online: Whether it could run on a live stream.
+        online: Whether the method can run on a live stream.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Judges: one ground truth from the cuts that several people set (paper 4.1, Fig. 10).
 
-Gaussian kernel density over all their cuts, as a share of the judges: it is 1 where all set a cut at the same
-moment. The truth lies at its maxima; those below a floor are ignored.
+The density is a sum of Gaussian kernels over all cuts, as a share of the judges: it is 1 where all judges set a cut at
+the same moment. The truth lies at its maxima; maxima below a floor are ignored.
 """
 
 from collections.abc import Sequence
@@ -14,19 +14,19 @@ from mossar_tools.evaluation.matching import Cut
 BANDWIDTH = 0.25  # s, standard deviation of the kernel; ours, the paper names none
 DENSITY_FLOOR = 0.3  # share of the judges; ours
 STEPS = 20  # of the density per bandwidth
-REACH = 8  # bandwidths beyond which the kernel is nothing
+REACH = 8  # bandwidths beyond which the kernel is zero
 
 
 def truth_from_judges(
     judgements: Sequence[Sequence[float]], bandwidth: float = BANDWIDTH, floor: float = DENSITY_FLOOR
 ) -> list[Cut]:
-    """Return the cuts that the judges agree on.
+    """Return the cuts on which the judges agree.
 
-    Each judgement belongs to the maximum on its side of the minima of density. A cut reaches from the earliest to
+    Each judgement belongs to the maximum between the same two minima of the density. A cut reaches from the earliest to
     the latest of its judgements.
 
     Args:
-        judgements: For each judge the cuts, s.
+        judgements: Cuts of each judge, s.
         bandwidth: Standard deviation of the kernel, s.
         floor: Density below which a maximum is ignored, as a share of the judges.
     """
@@ -64,7 +64,7 @@ def _at_maxima(
 
 
 def _top(grid: NDArray[np.float64], curve: NDArray[np.float64], peak: int) -> float:
-    """Return where the parabola through a peak and its neighbours is highest."""
+    """Return the place of the maximum of the parabola through a peak and its neighbours."""
     before, here, after = curve[peak - 1 : peak + 2]
     bend = before - 2 * here + after
     shift = 0.5 * (before - after) / bend if bend < 0 else 0.0

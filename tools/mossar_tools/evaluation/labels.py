@@ -1,4 +1,4 @@
-"""Labels: the files that say where the true cuts of a recording lie.
+"""Labels: the files with the true cuts of recordings.
 
 A labelled folder holds, beside each recording or anywhere in it, one JSON object per recording::
 
@@ -34,7 +34,7 @@ class LabelError(MossarError):
 
 
 class Labels(msgspec.Struct, frozen=True):
-    """Content of a label file; the fields are those of the module's description.
+    """Content of a label file; the docstring of the module describes the fields.
 
     Args:
         recording: Path from the label file's folder.
@@ -42,14 +42,14 @@ class Labels(msgspec.Struct, frozen=True):
         judges: The same for each judge.
         annotations: Path of an annotation file from the label file's folder; see `annotated_cuts`.
         tier: Of that file.
-        cuts_in: What the numbers of `cuts` and `judges` are; None takes them for frames if that can be.
-        fps: Rate, Hz; None takes the recording's.
-        tolerance_s: How far from a cut a key frame still hits it, s.
+        cuts_in: Unit of the numbers in `cuts` and `judges`; None for frames, if the numbers can be frames.
+        fps: Rate, Hz; None for the recording's.
+        tolerance_s: Largest distance from a cut to a key frame that hits it, s.
         level: The level of the cuts.
         skeleton: Path from the label file's folder.
         unit: Of the recording's coordinates.
         bandwidth_s: Standard deviation of the density kernel over judges, s.
-        density_floor: Share of the judges below which a maximum is no cut.
+        density_floor: Share of the judges; a lower maximum is no cut.
     """
 
     recording: str
@@ -70,8 +70,8 @@ class Labels(msgspec.Struct, frozen=True):
 def read_folder(folder: Path) -> list[tuple[Path, Labels]]:
     """Return the label files of a folder and the folders in it, in the order of their names.
 
-    JSON files that have no `recording` are passed over, because recordings can be JSON as well; so are those that
-    are no JSON, or have a recording but no cuts, which is said.
+    JSON files without `recording` are skipped, because recordings can be JSON as well. Invalid JSON, and files with a
+    recording but without cuts, are skipped with a warning.
 
     Raises:
         LabelError: If there is no such folder, no label file, or a label file that cannot be used.
@@ -95,10 +95,10 @@ def read_folder(folder: Path) -> list[tuple[Path, Labels]]:
 
 
 def read_labels(path: Path) -> Labels | None:
-    """Return the content of a label file, None if it is something else.
+    """Return the content of a label file, None if it is another kind of file.
 
     Raises:
-        LabelError: If it cannot be read, or nobody can mean what it says.
+        LabelError: If it cannot be read, or has a value that makes no sense.
     """
     try:
         check_regular(path)

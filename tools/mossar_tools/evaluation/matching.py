@@ -1,4 +1,4 @@
-"""Matching: which key frame hits which true cut, one to one."""
+"""Matching: pairs of key frames and the true cuts that they hit, one to one."""
 
 import bisect
 from collections.abc import Sequence
@@ -12,9 +12,9 @@ class Cut(msgspec.Struct, frozen=True):
     """A true transition.
 
     Args:
-        earliest: s, where it may begin.
-        middle: s, where it is.
-        latest: s, where it may end.
+        earliest: Earliest time, s.
+        middle: Time, s.
+        latest: Latest time, s.
     """
 
     earliest: float
@@ -28,7 +28,7 @@ class Hit(msgspec.Struct, frozen=True):
     Args:
         cut: Index of the cut.
         found: Index of the key frame.
-        error: s from the middle of the cut to the key frame, negative if the key frame is early.
+        error: Time from the middle of the cut to the key frame, s; negative if the key frame is early.
     """
 
     cut: int
@@ -37,17 +37,17 @@ class Hit(msgspec.Struct, frozen=True):
 
 
 def match(found: Sequence[float], cuts: Sequence[Cut], tolerance: float) -> list[Hit]:
-    """Return as many hits as there can be, one to one, and of those choices the one with the least error.
+    """Return the largest number of hits, one to one, and among such matchings the one with the least error.
 
     A key frame hits a cut when it lies within [earliest - tolerance, latest + tolerance]. Both lists are in the
-    order of time, the cuts by `earliest` as well as by `latest`; an optimal matching then never crosses.
+    order of time, the cuts by `earliest` as well as by `latest`. Some optimal matching then never crosses.
 
     Args:
         found: Times of key frames, s, increasing.
         cuts: True cuts.
         tolerance: s.
     """
-    # Best way to each last key frame used so far: (hits, -summed error, the hits as a linked list).
+    # Best matching for each last key frame used so far: (hits, -summed error, the hits as a linked list).
     ways: dict[int, tuple[int, float, _Link]] = {-1: (0, 0.0, None)}
     for c, cut in enumerate(cuts):
         first = bisect.bisect_left(found, cut.earliest - tolerance - MARGIN)

@@ -1,4 +1,4 @@
-"""Metrics: numbers that say how well key frames meet the true cuts (paper 4.2)."""
+"""Metrics: scores of key frames against the true cuts (paper 4.2)."""
 
 import math
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from mossar_tools.evaluation.matching import Cut, Hit, match
 
 
 class Scores(msgspec.Struct, frozen=True):
-    """How well key frames meet the true cuts of one recording, or the mean over several.
+    """Scores of key frames against the true cuts of one recording, or means over several.
 
     Args:
         precision: Share of key frames that hit a cut.
@@ -19,8 +19,8 @@ class Scores(msgspec.Struct, frozen=True):
         atsr: Accurate temporal segmentation rate (Ruffieux et al. 2013).
         perf: Ruffieux's combination of `f1` and `atsr`.
         key_frames: Key frames per true cut.
-        errors: s, from cut to key frame, one for each hit; early ones are negative.
-        delays: s, from cut to the decision about the key frame, one for each hit; empty where not streaming.
+        errors: s, from cut to key frame, one for each hit; negative for early key frames.
+        delays: s, from cut to the decision about the key frame, one for each hit; empty if not streaming.
     """
 
     precision: float
@@ -44,7 +44,7 @@ def score(
 ) -> Scores:
     """Return the scores of key frames.
 
-    A recording without cuts and without key frames is done perfectly.
+    A recording without cuts and without key frames has perfect scores.
 
     Args:
         found: Times of key frames, s, increasing.
@@ -52,7 +52,7 @@ def score(
         tolerance: s.
         duration: Of the recording, s.
         start: Time of the first frame, s.
-        decided: When each key frame was decided, s; empty where not streaming.
+        decided: Time of the decision about each key frame, s; empty if not streaming.
     """
     hits = match(found, cuts, tolerance)
     precision = _share(len(hits), len(found), empty=not cuts)
@@ -74,8 +74,8 @@ def score(
 def segmentation_rate(hits: Sequence[Hit], cuts: Sequence[Cut], start: float, end: float) -> float:
     """Return ATSR: 1 - the mean over matched segments of (|Δstart| + |Δend|) / true duration.
 
-    A true segment is matched when the cuts at both of its ends are hit; the ends of the recording are always.
-    Where the paper is silent: a segment counts 0 at the least, and without any matched segment ATSR is 0.
+    A true segment is matched when the cuts at both of its ends are hit; the ends of the recording are always hit.
+    The paper does not define two cases: here a segment counts at least 0, and without a matched segment ATSR is 0.
 
     Args:
         hits: As `match` returns them.
@@ -99,7 +99,7 @@ def perf(f1: float, atsr: float) -> float:
 
 
 def mean_scores(scores: Sequence[Scores]) -> Scores:
-    """Return the mean over recordings; errors and delays are put together."""
+    """Return the mean over recordings; errors and delays are concatenated."""
     fields = ("precision", "recall", "f1", "atsr", "perf", "key_frames")
     means = {name: float(np.mean([getattr(one, name) for one in scores])) for name in fields}
     return Scores(
@@ -115,5 +115,5 @@ def median(values: Sequence[float]) -> float:
 
 
 def _share(part: int, whole: int, *, empty: bool) -> float:
-    """Return part / whole; of nothing, 1 if nothing was to be had."""
+    """Return part / whole; for a whole of 0, 1 if there was nothing to find."""
     return part / whole if whole else float(empty)

@@ -1,4 +1,4 @@
-"""Mossar: the methods that are ours, at the level that a take's labels are of."""
+"""Mossar: the methods of this project, at the level of a take's labels."""
 
 import time
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ def mossar_methods(settings: Settings) -> Iterator[Method]:
     """Yield splitting alone, then every similarity, each streaming and offline.
 
     Args:
-        settings: Where they start from; the level is that of each take.
+        settings: Common settings; the level is that of each take.
     """
     yield _streaming("splitting alone, streaming", settings, "confirmed")
     yield Method("splitting alone, offline", FIXED, lambda take: _only(split(take, settings)))
@@ -51,7 +51,7 @@ def at_level_of(take: Take, settings: Settings) -> Settings:
 
 
 def stream(take: Take, settings: Settings, status: str) -> Detection:
-    """Return the key frames of a take that is streamed, as they are when they reach a status.
+    """Stream a take and return its key frames as they were when they reached a status.
 
     Args:
         take: The take to stream.
@@ -63,7 +63,7 @@ def stream(take: Take, settings: Settings, status: str) -> Detection:
 
 
 def found_in(segmenter: Segmenter, take: Take, status: str) -> Detection:
-    """Return the same from a segmenter that is there."""
+    """Return the same with a given segmenter."""
     events = []
     began = time.perf_counter()
     for start in range(0, len(take.times), CHUNK):

@@ -27,8 +27,8 @@ from mossar_tools.evaluation.sessions import (
     session_labels,
 )
 
-EACH = (1, 2)  # examples of each move that are drawn of other people
-SINGLES = 3  # examples that are tried alone, the first ones
+EACH = (1, 2)  # examples of each move drawn from other people
+SINGLES = 3  # first examples, each tried alone
 
 COLUMNS = f"{'recall':>8}{'precision':>11}{'F1':>8}{'delay 10 %':>12}{'median':>9}{'90 %':>9}{'side':>14}"
 NOTES = """a first right answer within a command is a hit, every other answer a false one, by confirmed moves; of two commands of
@@ -40,9 +40,9 @@ class Choice(msgspec.Struct, frozen=True):
     """The results of all sessions with some of the examples.
 
     Args:
-        examples: Which of each move.
-        outcomes: Of each session.
-        scores: Of all together.
+        examples: Name of the chosen examples of each move.
+        outcomes: Results of each session.
+        scores: Scores of all sessions together.
     """
 
     examples: str
@@ -51,13 +51,13 @@ class Choice(msgspec.Struct, frozen=True):
 
 
 class MovesResult(msgspec.Struct, frozen=True):
-    """Everything that is reported.
+    """The content of the report.
 
     Args:
-        seconds: Of all sessions.
-        choices: What came of the sessions.
-        people: Who showed segmented examples.
-        told: For each number of examples the share told right by other people's; see `other_people`.
+        seconds: Duration of all sessions, s.
+        choices: Results for each choice of examples.
+        people: Number of people who showed segmented examples.
+        told: Share of examples recognised by other people's, for each number of examples; see `other_people`.
         kinds: Kinds found without names, moves, and the adjusted Rand index, means over people; None without examples.
     """
 
@@ -86,10 +86,10 @@ def evaluate_moves(
         folder: See `sessions`.
         settings: Of the segmenters.
         on_progress: Gets a line before each step.
-        strict: Of all moves in the sessions as they were recorded; None for the usual.
+        strict: Strictness of all moves in the sessions as they were recorded; None for the usual.
 
     Raises:
-        MossarError: If something cannot be used.
+        MossarError: If a file cannot be used.
     """
     sessions = load_sessions(folder, lambda path: on_progress(f"reading {path}"))
     choices = []
@@ -105,7 +105,7 @@ def evaluate_moves(
     skeleton = sessions[0].skeleton if sessions else None
     players = {path.stem: load_examples(path, skeleton) for path in sample_files(folder)}
     seconds = sum(float(session.times[-1] - session.times[0]) for session in sessions)
-    if len(players) < 2:  # nobody else
+    if len(players) < 2:  # no other people
         return MovesResult(seconds, choices, 0, {}, None)
     if len({own.skeleton for own in players.values()}) > 1:
         raise MossarError(f"{folder}: the players' examples have different joints; they cannot be compared")
@@ -166,7 +166,7 @@ def score_line(name: str, scores: Summary) -> str:
 
 
 def moves_json(found: MovesResult) -> dict[str, Any]:
-    """Return everything as one JSON object."""
+    """Return the report as one JSON object."""
     content: dict[str, Any] = msgspec.to_builtins(found, str_keys=True)
     for choice, one in zip(found.choices, content["choices"], strict=True):
         one["by_move"] = {move: dict(counts) for move, counts in by_move(choice.outcomes).items()}

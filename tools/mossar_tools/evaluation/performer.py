@@ -23,7 +23,7 @@ KINDS: dict[str, dict[str, Any]] = {
 
 
 class DemoOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What may stand behind `demo:?`; see `mossar_adapters.demo.performance`."""
+    """Options after `demo:?`; see `mossar_adapters.demo.performance`."""
 
     fps: float | None = None
     seconds: float | None = None
@@ -38,9 +38,9 @@ def demo_takes(url: str = "demo:", seeds: int = SEEDS) -> Iterator[Take]:
     """Yield takes of the built-in performer with seeds 1 to `seeds`.
 
     Args:
-        url: `demo:`, which is without noise and with that of a Kinect; or with options of one's own, as in
+        url: `demo:` for takes without noise and takes with a Kinect's, or with options, as in
             `demo:?fps=120&noise=0.005`.
-        seeds: How many of each kind.
+        seeds: Number of takes of each kind.
 
     Raises:
         SettingsError: If an option is unknown or impossible.

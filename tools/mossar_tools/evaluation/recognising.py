@@ -11,7 +11,7 @@ from mossar_stream import MoveEvent, Moves, Segmenter, Settings
 from mossar_tools.evaluation.sessions import Examples, Session
 
 SPEED_AVERAGED = 0.2  # s
-DRAWS = 25  # of examples of other people
+DRAWS = 25  # random draws of other people's examples
 SIDES = ("left", "right")
 
 
@@ -21,7 +21,7 @@ class Hit(msgspec.Struct, frozen=True):
     Args:
         move: Its name.
         delay: s after the peak of speed in the command's time.
-        limb: That led.
+        limb: The limb that led.
     """
 
     move: str
@@ -35,8 +35,8 @@ class Outcome(msgspec.Struct, frozen=True):
     Args:
         session: Its name.
         hits: Commands that were recognised.
-        missed: Moves that were not.
-        false: For each wrong answer what was wanted and what was said; wanted is empty outside of all commands.
+        missed: Moves that were not recognised.
+        false: Wanted and recognised move of each wrong answer; wanted is empty outside all commands.
     """
 
     session: str
@@ -52,7 +52,7 @@ class Summary(msgspec.Struct, frozen=True):
     precision: float
     f1: float
     delays: list[float]
-    sided: int  # hits of moves that are called after a side
+    sided: int  # hits of moves whose names contain a side
     right_side: int  # of these, with a limb of that side
 
 
@@ -64,7 +64,10 @@ def confirmed(session: Session, moves: Moves, settings: Settings) -> list[MoveEv
 
 
 def judge(session: Session, found: Sequence[MoveEvent]) -> Outcome:
-    """Return what was hit: a first right answer within a command is a hit, every other answer in it a false one."""
+    """Return the results of a session.
+
+    The first right answer within a command is a hit. Every other answer in it is false.
+    """
     times = session.times
     frames = [int(np.searchsorted(times, event.decided_time - 1e-9)) for event in found]
     speed = _speed(session)
@@ -72,7 +75,7 @@ def judge(session: Session, found: Sequence[MoveEvent]) -> Outcome:
     commands = session.commands
     for place, (begin, end, wanted) in enumerate(commands):
         if place + 1 < len(commands) and commands[place + 1][2] == wanted:
-            continue  # a bad try, which is repeated
+            continue  # a bad try, which the next command repeats
         hit = False
         for frame, event in zip(frames, found, strict=True):
             if not begin <= frame < end:
@@ -117,7 +120,7 @@ def summary(outcomes: Sequence[Outcome]) -> Summary:
 
 
 def side_of(move: str) -> str | None:
-    """Return the side that a move is called after.
+    """Return the side in the name of a move.
 
     Example:
         >>> side_of("jab_left"), side_of("duck")
@@ -128,7 +131,7 @@ def side_of(move: str) -> str | None:
 
 
 def by_move(outcomes: Sequence[Outcome]) -> dict[str, Counter[str]]:
-    """Return for each move how often it was hit and missed, and what it was taken for (`as NAME`)."""
+    """Return the numbers of hits, misses and confusions (`as NAME`) of each move."""
     table: dict[str, Counter[str]] = {}
     for outcome in outcomes:
         for hit in outcome.hits:
@@ -141,15 +144,15 @@ def by_move(outcomes: Sequence[Outcome]) -> dict[str, Counter[str]]:
 
 
 def other_people(players: Mapping[str, Examples], each: int, seed: int = 0) -> tuple[int, int]:
-    """Return how many segmented examples are told right by those of other people, and how many there are.
+    """Return the number of segmented examples that those of other people recognise, and the number of all.
 
-    Of each move `each` examples of other people are drawn at random; the nearest one says what a movement is. That is
-    repeated `DRAWS` times.
+    For each move, `each` examples of other people are drawn at random; the nearest one gives the move. This is repeated
+    `DRAWS` times, and both numbers are sums over them.
 
     Args:
-        players: What each showed, with the same joints.
+        players: Examples of each player, with the same joints.
         each: Examples of each move.
-        seed: Of what is drawn.
+        seed: Seed of the draws.
     """
     rng = np.random.default_rng(seed)
     everything = [
@@ -181,7 +184,7 @@ def other_people(players: Mapping[str, Examples], each: int, seed: int = 0) -> t
 def _all_costs(
     players: Mapping[str, Examples], everything: Sequence[tuple[str, str, int]]
 ) -> NDArray[np.float64]:
-    """Return (n, n) costs of taking each example for each."""
+    """Return the (n, n) costs of each example against each."""
     moves = Moves(next(iter(players.values())).skeleton)
     for who, name, k in everything:
         moves.add(name, players[who].shown[name][k], players[who].fps[name][k])
@@ -191,7 +194,7 @@ def _all_costs(
 
 
 def kinds_found(players: Mapping[str, Examples]) -> tuple[float, float]:
-    """Return how many kinds are found among each player's examples without their names, and the adjusted Rand index."""
+    """Return means over players: kinds found among the examples without their names, and the adjusted Rand index."""
     counts, indices = [], []
     for own in players.values():
         moves = own.moves(slice(None))
@@ -204,7 +207,7 @@ def kinds_found(players: Mapping[str, Examples]) -> tuple[float, float]:
 
 
 def adjusted_rand(one: Sequence[object], other: Sequence[object]) -> float:
-    """Return how alike two groupings are: 1 for the same, 0 as by chance.
+    """Return the adjusted Rand index of two groupings: 1 for the same, 0 as by chance.
 
     Example:
         >>> adjusted_rand("aabb", [1, 1, 2, 2]), round(adjusted_rand("aabb", [1, 2, 1, 2]), 6)

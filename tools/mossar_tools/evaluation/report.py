@@ -19,7 +19,7 @@ _HEADING = (
     f"{'method':<42}{'chosen':<14}{'precision':>9}{'recall':>8}{'F1':>7}{'ATSR':>7}{'Perf':>7}"
     f"{'found':>7}{'error':>9}{'signed':>9}{'delay':>8}"
 )
-_NUMBERS = 56  # where they begin in the heading
+_NUMBERS = 56  # column of the first number in the heading
 
 
 def tables(groups: Mapping[str, Sequence[Take]], rows: Mapping[str, Sequence[Row]]) -> Iterator[str]:
@@ -47,7 +47,7 @@ def recording_table(takes: Sequence[Take], row: Row) -> Iterator[str]:
 
 
 def as_json(groups: Mapping[str, Sequence[Take]], rows: Mapping[str, Sequence[Row]]) -> dict[str, Any]:
-    """Return everything: per group and method the mean, and per recording key frames, scores and variant."""
+    """Return one object: the mean per group and method; key frames, scores and variant per recording."""
     return {"v": 1, "groups": [_group(name, takes, rows[name]) for name, takes in groups.items()]}
 
 
@@ -86,7 +86,7 @@ def _group(name: str, takes: Sequence[Take], rows: Sequence[Row]) -> dict[str, A
 
 
 def scores_json(scores: Scores) -> dict[str, float | None]:
-    """Return scores by name; what is not known is None."""
+    """Return scores by name, None for unknown ones."""
     return {
         "precision": scores.precision,
         "recall": scores.recall,

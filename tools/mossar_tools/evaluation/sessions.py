@@ -4,10 +4,10 @@ A folder of sessions holds, beside each recording, one JSON object::
 
     {"recording": "ann.npz", "commands": [[0, 165, "jab_left"], [165, 300, "duck"]]}
 
-Somewhere from the first frame of a command to its end, which does not belong to it, the player did this move. A command
-of the same move as the one before means that the first try was bad; then the first of the two does not count. The
-examples are in a file of `mossar teach` that `moves` names, or in `samples/ann.npz` beside the folder of the label file:
-arrays (n, J, 3), metres, called MOVE_NUMBER, with `fps` if it is not that of the session.
+A command has a first frame, an end that does not belong to it, and a move that the player did between them. If the next
+command has the same move, the first try was bad and does not count. The examples are in a file of `mossar teach` that
+`moves` names, or in `samples/ann.npz` beside the folder of the label file: arrays (n, J, 3), metres, called MOVE_NUMBER,
+with `fps` if it is not that of the session.
 """
 
 import re
@@ -44,7 +44,7 @@ class Session(msgspec.Struct, frozen=True):
         positions: (n, J, 3) m.
         times: (n,) s.
         commands: First frame, end, and move.
-        examples: That the player showed.
+        examples: Examples that the player showed.
     """
 
     name: str
@@ -60,8 +60,8 @@ class Examples(msgspec.Struct, frozen=True):
     """The examples of one player.
 
     Args:
-        shown: By move.
-        fps: Rate, Hz; of each example by move if they differ.
+        shown: Examples by move.
+        fps: Rate of each example by move, Hz.
         skeleton: The joints.
     """
 
@@ -70,10 +70,10 @@ class Examples(msgspec.Struct, frozen=True):
     skeleton: Skeleton
 
     def moves(self, chosen: slice) -> Moves:
-        """Return some of the examples of each move, as they are taught.
+        """Return moves taught with some of the examples.
 
         Args:
-            chosen: Which of each.
+            chosen: Slice of the examples of each move.
         """
         moves = Moves(self.skeleton)
         for name, examples in self.shown.items():
@@ -83,7 +83,7 @@ class Examples(msgspec.Struct, frozen=True):
 
     @property
     def most(self) -> int:
-        """Examples of the move that was shown most often."""
+        """Number of examples of the move with the most examples."""
         return max(map(len, self.shown.values()), default=0)
 
 
@@ -141,8 +141,8 @@ def load_examples(path: Path, skeleton: Skeleton | None = None, fps: float = USU
 
     Args:
         path: With arrays (n, J, 3) called MOVE_NUMBER, and `joint_names`, `parents`, `fps` if they are known.
-        skeleton: If the archive does not say; without one, joints without names on the first one.
-        fps: If the archive does not say, Hz.
+        skeleton: For an archive without joints; None for joints without names, all children of the first.
+        fps: For an archive without a rate, Hz.
 
     Raises:
         LabelError: If it cannot be read.
@@ -223,7 +223,7 @@ def load_sessions(folder: Path, on_progress: Callable[[str], None]) -> list[Sess
     """Return the sessions of a folder; see `load_session`.
 
     Args:
-        folder: Where.
+        folder: The folder.
         on_progress: Gets the name of each label file before its recording is read.
     """
     found = []

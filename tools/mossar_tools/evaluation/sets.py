@@ -1,4 +1,4 @@
-"""Sets: several labelled folders beside each other, and the scores of one that was left out of every choice."""
+"""Sets: scores of several labelled folders, and of each folder with a strength chosen on the others."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -12,7 +12,17 @@ from mossar_tools.evaluation.mossar import found_in, stream
 from mossar_tools.evaluation.takes import Take, load_folder
 from mossar_tools.evaluation.trial import Row, row_of, run_all, trial
 
-FACTORS = (0.35, 0.5, 0.7, 0.85, 1.0, 1.2, 1.4, 2.0, 3.0)  # of the level's strength: what is chosen from
+FACTORS = (
+    0.35,
+    0.5,
+    0.7,
+    0.85,
+    1.0,
+    1.2,
+    1.4,
+    2.0,
+    3.0,
+)  # of the level's strength: the strengths to choose from
 LEFT_OUT = "final, strength chosen on the other sets"
 
 
@@ -34,7 +44,7 @@ def load_sets(folders: Sequence[Path], on_progress: Callable[[str], None]) -> di
 
 
 def set_methods(settings: Settings) -> list[Method]:
-    """Return what is shown of a set: key frames when final and when confirmed, and what chance reaches."""
+    """Return the methods for a set: final key frames, confirmed ones, and chance."""
     return [
         Method("final", FIXED, lambda take: {"": stream(take, settings, "final")}, online=True),
         Method("confirmed", FIXED, lambda take: {"": stream(take, settings, "confirmed")}, online=True),
@@ -54,9 +64,9 @@ def compare_sets(
 
     Args:
         sets: Takes by the name of the set.
-        settings: What they are segmented with; the level is that of each take.
+        settings: Settings of the segmenter; the level is that of each take.
         on_progress: Gets the current step, for a status line.
-        leave_out: Whether to add what is reached with the strength that serves the other sets of the level best.
+        leave_out: Whether to add the scores with the strength that is best on the other sets of the level.
     """
     rows = {name: trial(takes, set_methods(settings), on_progress) for name, takes in sets.items()}
     if leave_out:

@@ -1,4 +1,4 @@
-"""Stretching: the same recordings as if the performers had moved more slowly, or more quickly."""
+"""Stretching: the same recordings with slower or quicker performers."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
@@ -21,7 +21,7 @@ NOTE = (
 def stretched(take: Take, factor: float) -> Take:
     """Return a take that lasts `factor` times as long at the same rate, with its cuts and their tolerance.
 
-    The new frames lie on straight lines between the old ones; a joint that is missing in one of two frames is missing between.
+    New frames are linear interpolations; a joint that is missing in one of two frames is missing between them.
     """
     if factor == 1.0:
         return take
@@ -45,7 +45,7 @@ def stretched(take: Take, factor: float) -> Take:
 
 
 def stretched_sets(sets: Mapping[str, Sequence[Take]], factors: Sequence[float]) -> dict[str, list[Take]]:
-    """Return the takes of each set at each factor, by a name that has both."""
+    """Return the takes of each set at each factor, by a name made of both."""
     return {
         named(name, factor): [stretched(take, factor) for take in takes]
         for name, takes in sets.items()
@@ -54,7 +54,7 @@ def stretched_sets(sets: Mapping[str, Sequence[Take]], factors: Sequence[float])
 
 
 def named(name: str, factor: float) -> str:
-    """Return the name of a set that is stretched."""
+    """Return the name of a stretched set."""
     return f"{name} x{factor:g}"
 
 
@@ -77,7 +77,7 @@ def stretching_table(
 
     Args:
         names: Of the sets.
-        factors: How many times as long the takes last.
+        factors: Factors of the takes' durations.
         rows: By `named`.
     """
     yield f"{'':<24}" + "".join(f"{f'x{factor:g}':>24}" for factor in factors)

@@ -42,7 +42,7 @@ def draw_strips(
         palette: Colours.
 
     Returns:
-        How many recordings were left out.
+        Number of recordings left out.
     """
     shown = [(name, i) for name, takes in groups.items() for i in chosen_of(len(takes))]
     heights = [CURVE + LINE * (len(rows[name]) + 0.5) for name, _ in shown]
@@ -62,7 +62,7 @@ def draw_strips(
 
 
 def chosen_of(count: int) -> list[int]:
-    """Return which of `count` recordings are shown."""
+    """Return the indices of the shown recordings among `count`."""
     return sorted({int(i) for i in np.linspace(0, count - 1, min(count, MOST)).round()})
 
 

@@ -24,14 +24,14 @@ class Take(msgspec.Struct, frozen=True):
 
     Args:
         name: For the tables.
-        group: Takes of a group are averaged: the level, and what else sets them apart.
+        group: Name of the group over which scores are averaged: the level, and more if groups of a level differ.
         level: The level of the cuts.
         skeleton: The joints.
         fps: Nominal rate, Hz.
         positions: (n, J, 3) m, NaN where a joint is missing.
         times: (n,) s.
         cuts: True cuts, s.
-        tolerance: How far from a cut a key frame still hits it, s.
+        tolerance: Largest distance from a cut to a key frame that hits it, s.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Take(msgspec.Struct, frozen=True):
 
     @property
     def duration(self) -> float:
-        """From the first to the last frame, s."""
+        """Time from the first to the last frame, s."""
         return float(self.times[-1] - self.times[0])
 
 
@@ -68,7 +68,7 @@ def load_folder(folder: Path, on_progress: Callable[[str], None] = lambda _: Non
         try:
             takes.append(_load(path, labels, path.relative_to(folder).with_suffix("").as_posix()))
         except MossarError as error:
-            if not is_annotated(path):  # a label file means what it names
+            if not is_annotated(path):  # a label file names its own recording
                 raise
             stray = error
             LOGGER.warning(
@@ -115,12 +115,12 @@ def cuts_of(
     Args:
         path: The file.
         times: Of the recording's frames, s.
-        level: The level of the cuts, for annotations that do not say it.
+        level: The level of the cuts, for annotations without one.
         tier: Of an annotation file; see `annotated_cuts`.
 
     Raises:
         LabelError: If it is no label file, its cuts are not of this recording, or a tier is given for it.
-        MossarError: If an annotation file cannot be read, or it is not clear which tier is meant.
+        MossarError: If an annotation file cannot be read, or the choice of its tier is not clear.
     """
     if is_annotated(path):
         annotated = Labels("", annotations=path.name, tier=tier, level=level)
@@ -149,7 +149,7 @@ def _cuts(path: Path, labels: Labels, times: NDArray[np.float64]) -> list[Cut]:
 
 
 def _check_frames(path: Path, frames: Sequence[float], times: NDArray[np.float64]) -> None:
-    """Refuse numbers that look like seconds, which would score 0 without a word."""
+    """Refuse numbers that look like seconds: as frames they would score 0 without a warning."""
     between = [frame for frame in frames if not (2 * frame).is_integer()]
     if between:
         raise LabelError(
@@ -164,7 +164,7 @@ def _check_frames(path: Path, frames: Sequence[float], times: NDArray[np.float64
 
 
 def _seconds(path: Path, labels: Labels, moments: Sequence[float], times: NDArray[np.float64]) -> list[float]:
-    """Return the times of moments that a label file has."""
+    """Return the times of the moments in a label file."""
     if labels.cuts_in == "seconds":
         duration = float(times[-1] - times[0])
         wrong = [moment for moment in moments if not 0 <= moment <= duration]

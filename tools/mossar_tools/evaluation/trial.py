@@ -1,4 +1,4 @@
-"""Trial: every method on every take, with the variant that its choice picks."""
+"""Trial: every method on every take, with the variants that its rules choose."""
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -16,9 +16,9 @@ class Outcome(msgspec.Struct, frozen=True):
 
     Args:
         take: Name of the take.
-        variant: Which variant was chosen; empty if there was no choice.
+        variant: Name of the chosen variant; empty if there was no choice.
         found: The key frames.
-        scores: How well they meet the true cuts.
+        scores: Their scores against the true cuts.
     """
 
     take: str
@@ -32,7 +32,7 @@ class Row(msgspec.Struct, frozen=True):
 
     Args:
         method: Name of the method.
-        choice: How variants were chosen.
+        choice: Rule by which variants were chosen.
         outcomes: One for each take.
         mean: Over the takes.
     """
@@ -87,7 +87,7 @@ def _outcomes(method: Method, take: Take) -> dict[str, Outcome]:
 
 
 def _row(method: Method, choice: Choice, outcomes: Sequence[dict[str, Outcome]]) -> Row:
-    """Choose among the variants by mean F1 (one for all) or by F1 (each take its own); the first on ties."""
+    """Choose a variant by mean F1 (one for all takes) or by F1 (one for each take); at a tie, the first."""
     if choice == "best for all":
         shared = [name for name in outcomes[0] if all(name in own for own in outcomes)]
         best = max(shared, key=lambda name: float(np.mean([own[name].scores.f1 for own in outcomes])))
