@@ -65,7 +65,8 @@ class Stage:
         self.noise, self.holes, self.jitter = noise, holes, jitter
         pipeline = dai.Pipeline(False)
         measurement = Measurement(pipeline, FPS)
-        self.depth = measurement.depth.createInputQueue()
+        # On a busy machine a queue of the usual 16 drops what is sent at once, before the measurement gets it.
+        self.depth = measurement.depth.createInputQueue(maxSize=64)
         self.detections = measurement.people.createInputQueue()
         self.pipeline = pipeline
         self.camera = Camera(pipeline, measurement, name="stage", fps=FPS, unit=unit)
