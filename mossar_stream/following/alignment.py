@@ -21,7 +21,7 @@ Follow = bool | tuple[str, ...]  # names of moves; True for all
 
 
 class FollowState(msgspec.Struct, frozen=True):
-    """Where a performer is in a followed move; the fields are those of `FollowEvent`.
+    """The performer's place in a followed move; the fields are those of `FollowEvent`.
 
     Args:
         example: Place of the aligned example in `Moves.examples_and_images`.
@@ -73,7 +73,7 @@ def alignment_of(
     performer: str,
     store: NDArray[np.uint8] | None = None,
 ) -> "Alignment | None":
-    """Return what follows those moves that there are; None if there is nothing to follow; see `Alignment`."""
+    """Return the `Alignment` of those moves that there are; None if there is nothing to follow."""
     if moves is None:
         return None
     names = tuple(name for name in moves.reported if follow is True or (follow and name in follow))
@@ -81,11 +81,11 @@ def alignment_of(
 
 
 class Alignment(FollowReader):
-    """What follows one performer's performances of moves that were shown; all its memory has a fixed size.
+    """Follows one performer's performances of moves that were shown; all its memory has a fixed size.
 
     Args:
-        moves: Whose examples there are.
-        names: Of the moves to follow.
+        moves: The moves with their examples.
+        names: Names of the moves to follow.
         skeleton: The performer's joints.
         settings: `follow_every` and `up` are used.
         performer: Name that events carry.
@@ -126,7 +126,7 @@ class Alignment(FollowReader):
         self.begin()
 
     def with_upward_axis(self, settings: Settings) -> "Alignment":
-        """Return what follows the same moves if another axis points upwards; it has seen nothing."""
+        """Return an alignment of the same moves, before any frame, for another axis that points upwards."""
         return Alignment(self.moves, self.names, self._skeleton, settings, self.performer)
 
     def count_on_from(self, number: int, counts: Mapping[str, int]) -> None:
@@ -146,7 +146,7 @@ class Alignment(FollowReader):
 
     @property
     def following(self) -> dict[str, FollowState | None]:
-        """Where the performer is in each followed move at the last frame; None where it is not being made."""
+        """The performer's place in each followed move at the last frame; None for a move that is not being made."""
         found = {name: self.now(m) for m, name in enumerate(self.names)}
         return {name: None if now is None else self._placed(now) for name, now in found.items()}
 
@@ -154,7 +154,7 @@ class Alignment(FollowReader):
         return FollowState(**{**now, "example": self._places[now["example"]]})
 
     def to_bytes(self) -> bytes:
-        """Return what is known of the performer, for a snapshot."""
+        """Return the performer's memory, for a snapshot."""
         self._happened[:] = 0
         return self.state.tobytes()
 

@@ -187,7 +187,7 @@ def bank_of(store: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
 
 
 def example_of(store: NDArray[np.uint8], t: int) -> dict[str, NDArray[Any]]:
-    """Return views of what a bank holds of example t: `directions`, (B, 3, padded phases), and `means`, (B, 3)."""
+    """Return views of the parts of a bank for example t: `directions`, (B, 3, padded phases), and `means`, (B, 3)."""
     return parts_of(store, follow_example_parts(store, t))
 
 

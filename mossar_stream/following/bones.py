@@ -1,4 +1,4 @@
-"""Bones: what an example and a stream have in common, as directions from joint to joint.
+"""Bones: the directions from joint to joint that an example and a stream have in common.
 
 Directions know no lengths, so bodies of other sizes compare; relative to the facing of the hips they know no place
 and no heading.
@@ -22,7 +22,7 @@ class Bone(NamedTuple):
 
 
 class Bones(NamedTuple):
-    """What is compared of an example and a stream."""
+    """The bones in which an example and a stream are compared."""
 
     shown: list[Pair]  # where each point is in the example's skeleton, the centre first
     streamed: list[Pair]  # and in the stream's

@@ -1,7 +1,7 @@
-"""Validation: whether what is known of a followed performer, and comes from outside, can be worked on.
+"""Validation: whether the memory of a followed performer that comes from outside is safe to use.
 
-Compiled code does not check its indices. Whatever is used as an index must therefore point into the memory. Numbers
-that are only calculated with may be nearly anything.
+Compiled code does not check its indices. Every number that is used as an index must therefore point into the memory.
+Numbers that are only calculated with may be nearly anything.
 """
 
 import numpy as np
@@ -72,7 +72,7 @@ def _is_sound_move(move: np.void, examples: NDArray[np.void]) -> bool:
 
 
 def _are_repetitions(counted: np.void) -> bool:
-    """Tell whether what is known of counted repetitions leads to samples, remembered or not."""
+    """Tell whether the counted repetitions lead to samples, remembered or not."""
     cycles = int(counted["cycles"])
     if not 0 <= cycles <= CYCLES:
         return False

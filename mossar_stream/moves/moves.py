@@ -43,7 +43,10 @@ class Moves:
     def __init__(self, skeleton: Skeleton) -> None:
         self.skeleton = skeleton
         self.explained: Callable[[Explanation], None] | None = None
-        """Gets the nearest move in each movement, while frames are processed; it changes no event and is in no file."""
+        """Gets the nearest move in each movement once all frames of a push are processed; it changes no event and is in no file.
+
+        After an exception in it, the events and other explanations come with the next push.
+        """
         self._facing: Facing = "any"
         self._examples: list[Example] = []
         self._rules: dict[str, MoveRule] = {}
