@@ -42,6 +42,7 @@ NOT_RUN: Final[dict[str, str]] = {
     "mossar tune take.c3d --labels take.events.c3d": "reads what the command before it wrote; tests do",
     "mossar run webcam:": "there is no camera",
     "mossar view webcam:": "there is no camera",
+    "mossar view oak:": "there is no camera",
     "mossar webcam": "serves a page until it is stopped",
     "mossar adapters --get-model": "fetches weights",
     "mossar segment dance.mp4": "there is no video with a person; tests make one",
