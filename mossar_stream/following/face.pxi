@@ -1,4 +1,4 @@
-"""Face of followed moves: what Python calls, and where it finds the parts of a bank and of a memory.
+"""Face of followed moves: functions for Python, and the places of the parts of a bank and of a memory.
 
 A part is described by its offset in bytes, the name of its record or number type, and its shape.
 """
@@ -32,7 +32,7 @@ def place_follow_examples(cnp.ndarray store, /):
 
 
 def follow_bank_parts(cnp.ndarray store, /):
-    """Return the parts of a bank; what lies behind the examples, once they are placed."""
+    """Return the parts of a bank; those behind the examples only once the examples are placed."""
     cdef FollowBank bank
     cdef FollowHead* head
     cdef uint8_t* begin

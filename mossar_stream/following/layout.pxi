@@ -1,6 +1,6 @@
 """Layout: how the bytes of followed examples, and of a performer who is followed, are laid out.
 
-Where a part of a store or of a performer's memory lies is said here and nowhere else; Python asks.
+Only this file knows the places of the parts of a store and of a performer's memory; Python asks.
 """
 
 cdef double PERIOD = 1.0 / 15.0  # s between two samples of a stream, and between two phases of an example
@@ -42,7 +42,7 @@ cdef struct FollowedExample:
     int64_t stride  # samples that a phase lasts
     int64_t ring  # which of the rings has its samples
     double still  # mean square of the chord between its bones and their mean directions
-    double dear  # the same, no chord counted beyond `CAP`: what costs are relative to
+    double dear  # the same, no chord counted beyond `CAP`; costs are relative to it
     double farthest  # largest mean square of the chord between a phase and the first one
     int64_t rows  # where its directions begin, floats
     int64_t memory  # where its cells begin in the memory of a performer, bytes
@@ -66,7 +66,7 @@ cdef struct FollowedMove:
     double cost  # of the way, relative to a performer who stands still
     double gain  # how far the example's movement is found in the stream: 1 for all of it
     double went  # how far the performer has gone from the first pose, relative to the example
-    double residual  # cost of what is left once constant differences are taken away
+    double residual  # cost without constant differences
     double best  # rank of the best end that is not decided yet, inf if there is none
     double best_gain
     int64_t best_first  # sample
@@ -76,7 +76,7 @@ cdef struct FollowedMove:
     double done  # rank of the latest performance that was done, inf if there is none
     int64_t done_first  # its samples
     int64_t done_last
-    int64_t repeated  # whether what the counter counts now is this move
+    int64_t repeated  # whether the counter's current repetitions are this move
     double settled  # s, until when counted repetitions were looked at
     double lasts  # s, the latest of them that was the move
     int64_t surplus  # performances that were done beyond them
@@ -86,7 +86,7 @@ cdef struct FollowedMove:
     int64_t recents
 
 
-cdef struct FollowReport:  # What is reported of a move, rounded; the deviation of each limb follows.
+cdef struct FollowReport:  # The numbers reported of a move, rounded; the deviation of each limb follows.
     double number
     double rev
     double count
@@ -95,7 +95,7 @@ cdef struct FollowReport:  # What is reported of a move, rounded; the deviation 
     double progress
     double tempo
     double deviation  # degrees
-    double posture  # degrees, of it what is the same from begin to end
+    double posture  # degrees, its part that is the same from begin to end
     double joint  # bone that strays farthest, -1 for none
     double example
     double cost
@@ -118,7 +118,7 @@ cdef struct FollowingState:
     int64_t happened  # whether anything did
 
 
-cdef struct FollowBank:  # The parts of a bank: what is followed, described for a stream.
+cdef struct FollowBank:  # The parts of a bank: followed moves, described for a stream.
     FollowHead* head
     JointPair* points  # (K,) the centre first
     Bone* bones  # (B,)
@@ -129,7 +129,7 @@ cdef struct FollowBank:  # The parts of a bank: what is followed, described for 
 cdef struct FollowMemory:  # The parts of a performer's memory, besides the cells of examples.
     uint8_t* memory
     FollowingState* state
-    Periods* periods  # what is counted of the body's repetitions, as of the last analysis
+    Periods* periods  # counted repetitions of the body, as of the last analysis
     FollowedMove* moves  # (M,)
     FollowedMove* spare  # (1,) scratch
     int64_t* happened  # (M,) at the last frame
@@ -150,11 +150,11 @@ cdef struct FollowMemory:  # The parts of a performer's memory, besides the cell
     uint8_t* end  # where the cells of the first example begin
 
 
-# Where ways of aligning the stream with one example stand: one that ends in each phase, and layer.
+# State of the ways of aligning the stream with one example: one way ends in each phase, and layer.
 cdef struct Cells:
     Int32Rows firsts  # (LAYERS, n) sample where the way began
     FloatRows costs  # (LAYERS, n) summed over phases; inf where there is no way
-    FloatRows weights  # (LAYERS, n) of what was summed
+    FloatRows weights  # (LAYERS, n) of the summed costs
     FloatRows gains  # (LAYERS, n) summed over phases
     ByteRows steps  # (ring, n) how ways have come on, at each sample
     uint8_t* end
@@ -333,7 +333,7 @@ cdef void place_examples(FollowBank* bank) noexcept nogil:
 
 
 cdef void begin_follow_memory(uint8_t* memory, FollowBank* bank) noexcept nogil:
-    """Set the memory of a performer to what it is before the first frame of a take, but for `every`."""
+    """Set the memory of a performer to its state before the first frame of a take, but for `every`."""
     cdef FollowMemory known
     cdef Cells cells
     cdef int64_t m, t
@@ -350,7 +350,7 @@ cdef void begin_follow_memory(uint8_t* memory, FollowBank* bank) noexcept nogil:
 
 
 cdef inline void forget_repetitions(FollowedMove* move) noexcept nogil:
-    """Forget what was counted, and when the move was done."""
+    """Forget the counted repetitions, and when the move was done."""
     cdef int64_t i
     move.repeated = move.surplus = 0
     move.settled = -INFINITY

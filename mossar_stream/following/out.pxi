@@ -65,7 +65,7 @@ cdef class FollowReader(Reader):
         self.known().state.every = self.every
 
     cdef int decide(self, int64_t take, list pending) except -1:
-        """Decide what is being made; `pending` gets the events."""
+        """Decide about the moves that are being made; `pending` gets the events."""
         cdef FollowMemory known = self.known()
         cdef int64_t m
         cdef bint more = True
@@ -82,7 +82,7 @@ cdef class FollowReader(Reader):
         return known.state.number, {name: known.moves[m].count for m, name in enumerate(self.names)}
 
     def decided(self, int64_t take):
-        """Return the events if what is being made is decided now, and `counted` after that; nothing is changed."""
+        """Return the events of a `decide` at this moment, and `counted` after that; nothing is changed."""
         cdef cnp.ndarray before = self.state.copy()
         cdef list events = []
         self.decide(take, events)

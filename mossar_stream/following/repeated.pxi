@@ -21,8 +21,8 @@ cdef bint settle_repetition(FollowMemory* known, FollowBank* bank, int64_t m, bi
     """Look at the next counted repetition, whether it is move m and was not found.
 
     Args:
-        known: What is known of the performer.
-        bank: What is followed.
+        known: The performer's memory.
+        bank: The followed examples.
         m: The move.
         is_last_word: Whether the take ends. Then all that are left are looked at, until one is reported.
 

@@ -31,7 +31,7 @@ cdef inline bint assume_missing(
     Args:
         pose: (K, 3) m relative to the centre.
         absences: (K,) s.
-        bank: What is followed.
+        bank: The followed examples.
         positions: (J, 3) m of the frame.
 
     Returns:
@@ -57,7 +57,7 @@ cdef inline void note_absences(
 
     Args:
         absences: (K,) s.
-        bank: What is followed.
+        bank: The followed examples.
         positions: (J, 3) m of a frame.
         whole: Whether no point is missing in it.
         seconds: Since the frame before.
@@ -92,8 +92,8 @@ cdef void take_sample(FollowMemory* known, FollowBank* bank, double share, doubl
     """Write the directions of bones between the last two frames, as of a body that always faces one way.
 
     Args:
-        known: What is known of the performer; the later frame is `poses[1]`.
-        bank: What is followed.
+        known: The performer's memory; the later frame is `poses[1]`.
+        bank: The followed examples.
         share: Of the way from the earlier to the later frame, 0..1.
         seconds: Since the last sample, s.
     """
@@ -124,7 +124,7 @@ cdef void take_sample(FollowMemory* known, FollowBank* bank, double share, doubl
 cdef inline (float, float) _follow_facing(
     FollowMemory* known, FollowHead* head, FloatRows pose, double seconds
 ) noexcept nogil:
-    """Let the facing follow hips and shoulders that are seen; return cosine and sine of the heading."""
+    """Update the facing from hips and shoulders that are seen; return cosine and sine of the heading."""
     cdef FollowingState* state
     cdef int64_t girdles[4]
     cdef double share, cosine, sine

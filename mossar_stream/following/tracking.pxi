@@ -1,10 +1,9 @@
-"""Tracking: what becomes of a followed move: begun, progress, done, left.
+"""Tracking: the states of a followed move: begun, progress, done, left.
 
-At each sample every example is aligned with the stream. Of all ways the one that costs least says how far
-along the performer is. A way that has reached the end of its example is decided once no overlapping way ranks
-better. It is done if it explains the movement well enough: what is left of its costs, once constant
-differences are taken away, is compared with the costs of a performer who stands still. Once a performer has
-done a move, it may be done less well.
+At each sample every example is aligned with the stream. Of all ways the one that costs least gives the progress.
+A way that has reached the end of its example is decided once no overlapping way ranks better. It is done if it
+explains the movement well enough: its costs without constant differences are compared with the costs of a performer
+who stands still. Once a performer has done a move, it may be done less well.
 
 People differ more than performances of one person do, so ways are misled by the example of another body: they stop half
 way, or take the way back for the way there. Where the body's repetitions are counted, repeated.pxi corrects that.
@@ -19,7 +18,7 @@ cdef double LEAST_GAIN = 0.25  # gain below which nothing was done
 cdef double GAIN_WORTH = 0.6  # by how much a gain of 1 lowers the rank of an end
 cdef double CLEARLY = 0.3  # by how much another move must rank better to be the one that was made
 cdef double RIVAL = 0.3  # share of its example that a way has made which may yet rank better
-cdef double REMAINS = 0.05  # by how much what lies before a way raises its rank
+cdef double REMAINS = 0.05  # by how much the rest of the example raises the rank of a way
 cdef double BEGUN = 0.1  # progress at which a performance may be reported
 cdef double WENT = 0.25  # share of the example's farthest pose that a performer has gone by then
 cdef double DEAREST = 4.0  # cost above which nothing is being made
@@ -96,7 +95,7 @@ cdef bint finish_following(uint8_t* memory, uint8_t* store) noexcept nogil:
 
 
 cdef void evaluate_move(uint8_t* memory, uint8_t* store, int64_t m) noexcept nogil:
-    """Write what is to be reported of a move that is being made."""
+    """Write the report of a move that is being made."""
     cdef FollowBank bank
     cdef FollowMemory known
     bank = open_follow_bank(store)
@@ -143,7 +142,7 @@ cdef void _take_frame(FollowMemory* known, FollowBank* bank, FloatRows positions
 
 
 cdef void _restart(FollowMemory* known, FollowBank* bank) noexcept nogil:
-    """Give up what is being made, after a gap."""
+    """Give up all moves that are being made, after a gap."""
     cdef Cells cells
     cdef int64_t m, t
     known.state.frames = 0
@@ -181,7 +180,7 @@ cdef void _report_move(FollowMemory* known, FollowBank* bank, int64_t m, int64_t
 cdef void write_report(
     FollowMemory* known, FollowBank* bank, int64_t m, FollowedMove* move, int64_t what
 ) noexcept nogil:
-    """Write what is reported of move m, as `move` says, rounded."""
+    """Write the report of move m from `move`, rounded."""
     cdef FollowReport* report
     cdef const float* strays
     cdef const float* weights
@@ -235,7 +234,7 @@ cdef inline double _rounded(double number, double parts) noexcept nogil:
 
 
 cdef inline double _tempo(FollowedMove* move, FollowBank* bank, int64_t what) noexcept nogil:
-    """Return the tempo relative to the example over the last second, of what is done that of the whole."""
+    """Return the tempo relative to the example over the last second; of a performance that is done, over the whole."""
     cdef FollowedExample* example
     cdef double seconds
     cdef float way
@@ -253,7 +252,7 @@ cdef inline double _tempo(FollowedMove* move, FollowBank* bank, int64_t what) no
 
 
 cdef void _follow_examples(FollowMemory* known, FollowBank* bank) noexcept nogil:
-    """Align the sample that was taken with all examples, and see what that says of each move."""
+    """Align the sample that was taken with all examples, and update each move accordingly."""
     cdef FollowedExample* example
     cdef Cells cells
     cdef int64_t at, m, first, sample
@@ -277,7 +276,7 @@ cdef void _follow_examples(FollowMemory* known, FollowBank* bank) noexcept nogil
 cdef void _note_end(
     Cells* cells, FollowMemory* known, int64_t m, int64_t t, FollowedExample* example
 ) noexcept nogil:
-    """Take note of a way that has reached the end of its example, if it ranks best."""
+    """Note a way that has reached the end of its example, if it ranks best."""
     cdef FollowedMove* move
     cdef double gain, rank
     cdef int64_t end, layer, place
@@ -299,7 +298,7 @@ cdef void _note_end(
 cdef void _see_who_leads(
     FollowMemory* known, FollowBank* bank, int64_t m, int64_t first, int64_t last
 ) noexcept nogil:
-    """See which way leads, and what that says of move m, whose examples are `first` to `last`."""
+    """Find the way that leads, and update move m, whose examples are `first` to `last`."""
     cdef FollowedMove* move
     cdef FollowedExample* example
     cdef Cells cells
@@ -390,7 +389,7 @@ cdef bint is_another(FollowMemory* known, int64_t moves, int64_t m) noexcept nog
 
 
 cdef int64_t measure_way(FollowMemory* known, FollowBank* bank, int64_t m) noexcept nogil:
-    """Note how far each bone strays along the way of a move, and what is left of its costs."""
+    """Note how far each bone strays along the way of a move, and its costs without constant differences."""
     cdef FollowedMove* move
     cdef FollowedExample* example
     cdef Cells cells

@@ -28,8 +28,8 @@ cdef void compare_sample(FollowMemory* known, FollowBank* bank, FollowedExample*
     """Note how far the sample is from each phase of an example, and how far in its movement's direction.
 
     Args:
-        known: What is known of the performer; `distances` and `products` are written.
-        bank: What is followed.
+        known: The performer's memory; `distances` and `products` are written.
+        bank: The followed examples.
         example: One of its examples.
     """
     cdef float* distances
@@ -64,7 +64,7 @@ cdef void compare_sample(FollowMemory* known, FollowBank* bank, FollowedExample*
 
 
 cdef void advance_ways(Cells* cells, FollowMemory* known, int64_t sample) noexcept nogil:
-    """Let every way come on by the sample that was compared, whose number is given."""
+    """Advance every way by the sample that was compared, whose number is given."""
     cdef const float* distances
     cdef const float* products
     cdef int32_t* came_firsts
@@ -163,11 +163,11 @@ cdef float measure_strays(
 ) noexcept nogil:
     """Note how far each bone strays along a traced way, and return the cost without constant differences.
 
-    What a performer's build or the sensor's place changes is the same from begin to end, and is taken away.
+    A performer's build and the sensor's place cause differences that are the same from begin to end; these are taken away.
 
     Args:
-        known: What is known of the performer; the way is in `way`.
-        bank: What is followed.
+        known: The performer's memory; the way is in `way`.
+        bank: The followed examples.
         example: One of its examples.
         count: Of pairs.
         strays: (B,) gets the mean square of the chord where the bone was seen; `UNJUDGED` if it was hidden
