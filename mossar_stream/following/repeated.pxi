@@ -1,7 +1,7 @@
-"""Repeated: a followed move that is repeated, as the counter sees it.
+"""Repeated: the repetitions of a followed move, with the begins and ends of the counter.
 
-The counter (repetitions) finds where repetitions begin and end without an example. Here each of them is aligned with
-the examples, both ends known, which tells moves apart better than ways that are open at both ends. If two in a row are
+The counter (repetitions) finds begins and ends without an example. Here each repetition is aligned with the examples
+between its known ends. This separates moves better than ways that are open at both ends. If two in a row are
 the move, repetitions that no way has found are done, too, late. Those that ways have found twice are counted once.
 """
 
@@ -56,12 +56,12 @@ cdef bint settle_repetition(FollowMemory* known, FollowBank* bank, int64_t m, bi
 
 
 cdef inline double _begin_of_repetition(Periods* counted, int64_t c) noexcept nogil:
-    """Return when a repetition begins, s,"""
+    """Return the begin of a repetition, s."""
     return counted.origin + counted.cycle[c].begins
 
 
 cdef inline double _end_of_repetition(Periods* counted, int64_t c) noexcept nogil:
-    """and when it ends."""
+    """Return the end of a repetition, s."""
     return counted.origin + counted.cycle[c].ends
 
 

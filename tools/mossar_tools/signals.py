@@ -2,9 +2,9 @@
 
 A handler that raises does so wherever the main thread happens to be. In an import or a finalizer that loses the signal,
 or becomes an error of another kind; where a thread starts it breaks one of Python's own locks. So handlers wait until the
-main thread has left such a place. Other exceptions are discarded on their way: by Python, those of callbacks of weak
-references and of the garbage collector; by extensions in C, those of the Python code that they call, such as the hash of
-a key. Then the signal comes again.
+main thread has left such a place. Exceptions that are raised elsewhere can be discarded: Python discards those of callbacks
+of weak references and of the garbage collector. Extensions in C discard those of Python code that they call, such as the
+hash of a key. Then the signal comes again.
 """
 
 import _thread
